@@ -7,6 +7,7 @@ several threads by wall time.
 
 import time
 from collections.abc import Callable
+from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
@@ -32,10 +33,11 @@ SMALL = Small(
 def main(template: str = "tennis", seconds: float = 5.0, robots: int = 64) -> None:
     """Print the figures."""
     plan = touchline.plan(template)
-    for ticks in (1, 5):
-        env = gymnasium.make(NAME, plan=plan, action="residual", ticks=ticks, disable_env_checker=True)
-        _print(f"one robot, {10 * ticks} ms a step", _alone(env.unwrapped, seconds, _follow))
     options: dict[str, Any] = {"plan": plan, "action": "residual", "ticks": 1}
+    env: Any = gymnasium.make(NAME, **options, disable_env_checker=True).unwrapped
+    _print("one robot, 10 ms a step", _alone(env, seconds, _follow))
+    slower: Any = gymnasium.make(NAME, **{**options, "ticks": 5}, disable_env_checker=True).unwrapped
+    _print("one robot, 50 ms a step", _alone(slower, seconds, _follow))
     many: Any = gymnasium.make_vec(NAME, num_envs=robots, **options)
     _print(f"{robots} robots, 10 ms a step", _together(many, seconds, time.process_time))
     many = gymnasium.make_vec(NAME, num_envs=robots, threads=2, **options)
@@ -53,12 +55,16 @@ def _highway(seconds: float) -> None:
 
     gymnasium.register_envs(highway_env)
     for name in ("lane-keeping-v0", "parking-v0", "highway-fast-v0"):
-        env: Any = gymnasium.make(name, disable_env_checker=True)
-        _print(f"highway-env {name}", _alone(env.unwrapped, seconds, lambda _, env=env: env.action_space.sample()))
+        env: Any = gymnasium.make(name, disable_env_checker=True).unwrapped
+        _print(f"highway-env {name}", _alone(env, seconds, partial(_any_action, env.action_space)))
 
 
 def _print(name: str, rate: float) -> None:
     print(f"{name:56} {rate:9.0f} steps/s", flush=True)
+
+
+def _any_action(space: Any, _: Any) -> Any:
+    return space.sample()
 
 
 def _follow(observation: Any) -> Any:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
+from itertools import pairwise
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -78,7 +79,7 @@ class Form(NamedTuple):
     limit_m: float
 
 
-class Exchange(NamedTuple):
+class Dialogue(NamedTuple):
     """Answer to a robot's questions, and what it shows then.
 
     Attributes:
@@ -100,16 +101,16 @@ class Exchange(NamedTuple):
 
 
 @kernel
-def note_question(states: Sequence[BodyState], computer: Computer, ahead: Floats, exchange: Exchange) -> None:
+def note_question(states: Sequence[BodyState], computer: Computer, ahead: Floats, dialogue: Dialogue) -> None:
     """Fill in values and outcome of a question.
 
     Args:
         states: (1,) true state of the body.
         computer: (1,) computer that asks.
         ahead: (n, AHEAD_COLUMNS) path ahead.
-        exchange: Values, outcome and questions left are updated.
+        dialogue: Values, outcome and questions left are updated.
     """
-    c, state, values, outcome, form = computer[0], states[0], exchange.values, exchange.outcome, exchange.form
+    c, state, values, outcome, form = computer[0], states[0], dialogue.values, dialogue.outcome, dialogue.form
     leg, now = c.leg, c.leg.now
     x = c.filter.states[c.times.tick % model.RING]
     true_rad, believed_rad = state.heading_rad, x[model.HEADING]
@@ -126,7 +127,7 @@ def note_question(states: Sequence[BodyState], computer: Computer, ahead: Floats
     outcome[O_REWARD] += TICK_S * max(1.0 - loss, LEAST_REWARD_PS)
     outcome[O_NOZZLE], outcome[O_HEADING] = nozzle_m, heading_rad
     if abs(nozzle_m) > form.limit_m:
-        exchange.left[0] = 0
+        dialogue.left[0] = 0
     if form.truth:
         values[V_LATERAL] = now[tracking.LATERAL] + left_east * east_m + left_north * north_m
         values[V_HEADING], values[V_NOZZLE] = heading_rad, nozzle_m
@@ -143,7 +144,7 @@ def note_question(states: Sequence[BodyState], computer: Computer, ahead: Floats
 
 @unlocked
 def answer_questions(
-    progress: Sequence[TickProgress], hardware: Hardware, pilot: Pilot, accounts: TickAccounts, exchange: Exchange
+    progress: Sequence[TickProgress], hardware: Hardware, pilot: Pilot, accounts: TickAccounts, dialogue: Dialogue
 ) -> None:
     """Answer questions of nominal ticks until none is left to be answered, or a tick is not nominal.
 
@@ -152,9 +153,9 @@ def answer_questions(
         hardware: World and sensors, updated.
         pilot: Computer, updated.
         accounts: Accounts in which each tick is entered.
-        exchange: Answer; the rest is updated.
+        dialogue: Answer; the rest is updated.
     """
-    at, left, answer, form = progress[0], exchange.left, exchange.answer, exchange.form
+    at, left, answer, form = progress[0], dialogue.left, dialogue.answer, dialogue.form
     twist, ahead = pilot.pursuit.twist, pilot.course.leg.ahead
     while left[0] > 0 and at.stage == ASKING:
         left[0] -= 1
@@ -163,8 +164,8 @@ def answer_questions(
         twist[1] += form.share * ahead[form.lead, A_YAW_RATE]
         run_nominal_ticks(progress, hardware, pilot, accounts)
         if at.stage == ASKING:
-            note_question(hardware.world.state, pilot.computer, ahead, exchange)
-    exchange.stage[0] = at.stage
+            note_question(hardware.world.state, pilot.computer, ahead, dialogue)
+    dialogue.stage[0] = at.stage
 
 
 class SteppedRobots:
@@ -172,7 +173,7 @@ class SteppedRobots:
 
     Attributes:
         drives: Drive of each.
-        answers: (n, 2 + actuators) to be set before `step`, as `Exchange.answer`.
+        answers: (n, 2 + actuators) to be set before `step`, as `Dialogue.answer`.
         values: (n, V_AHEAD + 2 k) values of each robot's last question.
         outcomes: (n, OUTCOMES) of the last step.
         over: (n,) True if a robot's drive is over, or the robot has paused.
@@ -199,8 +200,8 @@ class SteppedRobots:
         self.outcomes: Floats = np.zeros((count, OUTCOMES))
         self.over = np.zeros(count, dtype=np.bool_)
         self._left, self._stages = np.zeros(count, dtype=np.int64), np.full(count, ASKING)
-        self._exchanges = [
-            Exchange(
+        self._dialogues = [
+            Dialogue(
                 self.answers[i], self._left[i : i + 1], self._stages[i : i + 1], self.values[i], self.outcomes[i], form
             )
             for i in range(count)
@@ -208,7 +209,7 @@ class SteppedRobots:
         self._batch = KernelBatch(answer_questions, count)
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
         bounds = np.linspace(0, count, threads + 1).astype(int).tolist()
-        self._parts = list(zip(bounds[:-1], bounds[1:], strict=True))
+        self._parts = list(pairwise(bounds))
         for i in range(count):
             self._take(i)
 
@@ -231,7 +232,7 @@ class SteppedRobots:
 
     def _go_on(self, i: int) -> None:
         """Answer the rest of a robot's questions, of which some come in ticks that are not nominal."""
-        drive, form = self.drives[i], self._exchanges[i].form
+        drive, form = self.drives[i], self._dialogues[i].form
         while self._left[i] > 0 or self._stages[i] != ASKING:
             if self._stages[i] != ASKING:
                 self._stages[i] = ASKING
@@ -254,10 +255,10 @@ class SteppedRobots:
         if self.over[i] or asked.arguments is None:
             self._batch.clear(i)
         else:
-            self._batch.set(i, (*asked.arguments, self._exchanges[i]))
+            self._batch.set(i, (*asked.arguments, self._dialogues[i]))
         if not drive.over:
             emulator = drive.emulator
-            self._note(emulator.world.state.array, emulator.onboard.computer, asked.ahead, self._exchanges[i])
+            self._note(emulator.world.state.array, emulator.onboard.computer, asked.ahead, self._dialogues[i])
         if self.over[i]:
             self._left[i] = 0
 
@@ -265,6 +266,6 @@ class SteppedRobots:
     def _note(self) -> Callable[..., None]:
         """The kernel `note_question`, without checking the types of its arguments, which are always the same."""
         emulator, ahead = self.drives[0].emulator, self.drives[0].asked.ahead
-        arguments = emulator.world.state.array, emulator.onboard.computer, ahead, self._exchanges[0]
+        arguments = emulator.world.state.array, emulator.onboard.computer, ahead, self._dialogues[0]
         code: Callable[..., None] = note_question.for_types_of(arguments)
         return code

@@ -8,7 +8,7 @@ from touchline.schemas.optional_packages import require
 
 require("gymnasium", "touchline.gym")
 
-from gymnasium.envs.registration import register
+from gymnasium.envs.registration import register  # noqa: E402 - which is there
 
 _PUBLIC = {
     "FollowPlan": "touchline.gym.follow_plan",

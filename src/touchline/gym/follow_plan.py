@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import gymnasium
 import numpy as np
@@ -16,7 +16,7 @@ from touchline.onboard.interface import TICKS_PER_S
 class FollowPlan(gymnasium.Env[Observations, Actions]):
     """Robot that follows a plan by actions; see docs/guides/gym.md for actions, observations and rewards."""
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": 20}  # type: ignore[misc]
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 20}  # noqa: RUF012 - the base's
 
     def __init__(
         self, plan: Work = "tennis", *, render_mode: Literal["rgb_array"] | None = None, **options: Any
@@ -69,7 +69,7 @@ class FollowPlan(gymnasium.Env[Observations, Actions]):
         codes = tuple(event.code for event in emulator.take_events())
         return {"lateral_m": float(self._task.lateral_m[0]), "truth": truth, "events": codes}
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """Picture of the plan and the robot, (height, width, 3), if the render mode is "rgb_array"."""
         if self.render_mode is None:
             return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from gymnasium.utils import seeding
@@ -24,7 +24,7 @@ class FollowPlanVector(VectorEnv[Observations, Actions, NDArray[Any]]):
     An episode that has ended begins anew in the next step, whose action is ignored and whose reward is 0.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # type: ignore[misc]
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 - the base's
 
     def __init__(self, num_envs: int = 1, plan: Work = "tennis", *, threads: int = 1, **options: Any) -> None:
         """Put robots at the start of a plan.
