@@ -9,6 +9,7 @@ from touchline.schemas.errors import TouchlineError
 _PACKAGES: Final = {
     "distributed": "'distributed>=2025.1'",
     "foxglove": "'foxglove-sdk>=0.30,<0.31'",
+    "gymnasium": "'gymnasium>=1.0'",
     "pandas": "'pandas>=2.2'",
     "polars": "'polars>=1'",
     "pyarrow": "'pyarrow>=20'",

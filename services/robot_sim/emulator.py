@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from touchline.onboard import Onboard
 from touchline.onboard.control import Ask, nobody
+from touchline.onboard.control.follower import Asking, answered
 from touchline.onboard.executive.stop_causes import (
     ABORTED_BY_OPERATOR,
     BY_SHUT_DOWN,
@@ -397,14 +398,16 @@ class Emulator:
 
     def tick(self) -> None:
         """Run one tick of 10 ms."""
+        answered(self.asking_tick(), self.onboard.follower)
+
+    def asking_tick(self) -> Asking[None]:
+        """Run one tick; the caller answers instead of the follower."""
         self.hand_over_samples()
         self.tick_count += 1
         self.faults.step(self.tick_count)
         self.world.step(self.command, self.tick_count, self.faults.effects)
-        self.frame = self.sensors.read(self.tick_count, self.world.state, self.faults.effects)
-        self.command = self.onboard.step(self.frame)
-        self._record()
-        self._follow_up()
+        frame = self.sensors.read(self.tick_count, self.world.state, self.faults.effects)
+        yield from self.end_tick(frame, SENSED)
 
     def hand_over_samples(self) -> None:
         """Pass the samples that arrived of auxiliary sensors in the last tick to the onboard computer, once."""
@@ -416,7 +419,7 @@ class Emulator:
         """Let auxiliary sensors measure at the end of this tick."""
         self.samples = self.auxiliary.step(self.tick_count, self.world.state, self.faults.effects)
 
-    def end_tick(self, frame: SensorFrame, stage: int) -> None:
+    def end_tick(self, frame: SensorFrame, stage: int) -> Asking[None]:
         """End a tick of which a part was done elsewhere.
 
         Args:
@@ -424,7 +427,9 @@ class Emulator:
             stage: SENSED or PERCEIVED: the part that is done.
         """
         self.frame = frame
-        self.command = self.onboard.step(frame) if stage == SENSED else self.onboard.decide(frame.tick)
+        if stage == SENSED:
+            self.onboard.perceive(frame)
+        self.command = yield from self.onboard.decide(frame.tick)
         self._record()
         self._follow_up()
 

@@ -21,10 +21,12 @@ from touchline.onboard import filter_model as model
 from touchline.onboard.computer import Nominal
 from touchline.onboard.computer_state import Computer, ReceivedFix
 from touchline.onboard.control import PurePursuitFollower
+from touchline.onboard.control.follower import Asking, FollowerInput, answered
 from touchline.onboard.control.pure_pursuit import PursuitLimits, PursuitMemory, pursue
 from touchline.onboard.estimation.filter import position_sigma, speed_now_mps
 from touchline.onboard.estimation.report import enter_report
 from touchline.onboard.executive.guided_tick import GuidedCourse, guide, stopping_point
+from touchline.onboard.interface import SensorFrame
 from touchline.onboard.nominal_tick import CourseArrays, actuate, perceive, steer
 from touchline.onboard.tracking_state import COMMAND, HEADING_ERROR, NOZZLE_LATERAL, REFERENCE_SPEED
 from touchline.schemas.messages import TraversalStatus
@@ -344,14 +346,22 @@ class FastRunner:
         Returns:
             Number of ticks.
         """
+        return answered(self.asking_step(most, rows), self._emulator.onboard.follower)
+
+    def asking_step(self, most: int, rows: Rows) -> Asking[int]:
+        """As `step`; the caller answers instead of the follower.
+
+        In a nominal tick it may also run the kernel `run_nominal_ticks` itself, with the `arguments` that it gets, as
+        often as their progress remains at ASKING, and then answers None.
+        """
         emulator = self._emulator
         first = emulator.tick_count
-        self._run_nominal(first + most, rows)
+        yield from self._run_nominal(first + most, rows)
         if emulator.tick_count == first:
-            emulator.tick()
+            yield from emulator.asking_tick()
         return emulator.tick_count - first
 
-    def _run_nominal(self, last_tick: int, rows: Rows) -> None:
+    def _run_nominal(self, last_tick: int, rows: Rows) -> Asking[None]:
         """Run from the emulator's tick to `last_tick` at most; to the end of the first tick that is not nominal."""
         emulator, onboard = self._emulator, self._emulator.onboard
         first = emulator.tick_count
@@ -363,11 +373,11 @@ class FastRunner:
         if (guided := onboard.guided_course(first)) is not None:
             self._drive_guided(onboard.computer, guided, last_tick, rows)
         elif (nominal := onboard.nominal(first)) is not None:
-            self._drive(nominal, last_tick, rows)
+            yield from self._drive(nominal, last_tick, rows)
         else:
             self._not_before = first + RETRY_TICKS
             return
-        self._hand_over()
+        yield from self._hand_over()
 
     def _drive_guided(self, computer: Computer, course: GuidedCourse, last_tick: int, rows: Rows) -> None:
         arguments = self._progress.array, self._hardware(last_tick), computer, course, self._accounts(last_tick, rows)
@@ -389,7 +399,7 @@ class FastRunner:
         track = emulator.track.arrays(last_tick - emulator.tick_count)
         return TickAccounts(emulator.ledger.paint, track, emulator.estimator_error.sums, rows)
 
-    def _drive(self, nominal: Nominal, last_tick: int, rows: Rows) -> None:
+    def _drive(self, nominal: Nominal, last_tick: int, rows: Rows) -> Asking[None]:
         progress, follower = self._progress, nominal.follower
         inner = follower.inner
         if type(inner) is PurePursuitFollower:  # one derived from it has a step of its own
@@ -403,15 +413,26 @@ class FastRunner:
             self._code = run_nominal_ticks.for_types_of(arguments)
         run = self._code
         run(*arguments)
-        now, ahead = nominal.now, nominal.course.leg.ahead
+        asked = FollowerInput(nominal.now, nominal.course.leg.ahead, arguments)
         while progress.stage == ASKING:
-            speed_mps, yaw_rate_radps, actuators = follower.step(now, ahead)
+            answer = yield asked
+            if answer is None:
+                continue
+            speed_mps, yaw_rate_radps, actuators = answer
             self._twist[:2], self._twist[2:] = (speed_mps, yaw_rate_radps), actuators or np.nan
             if follower.problem:
                 progress.last_tick = progress.tick  # the present tick: the next one is decided
             run(*arguments)
 
-    def _hand_over(self) -> None:
+    def frame(self, tick: int) -> SensorFrame:
+        """Return the sensor frame of the present tick, also of one in which the follower is asked."""
+        emulator = self._emulator
+        if emulator.frame is not None and emulator.frame.tick == tick:
+            return emulator.frame
+        fixes = self._progress.fixes
+        return emulator.sensors.frame(tick, fixes, emulator.world.state, emulator.faults.effects)
+
+    def _hand_over(self) -> Asking[None]:
         """Return everything to the emulator, which does the rest of the last tick."""
         emulator, progress = self._emulator, self._progress
         tick, stage = progress.tick, progress.stage
@@ -422,5 +443,4 @@ class FastRunner:
             emulator.sense_auxiliary()
         else:
             self._not_before = tick + 1
-            frame = emulator.sensors.frame(tick, progress.fixes, emulator.world.state, emulator.faults.effects)
-            emulator.end_tick(frame, stage)
+            yield from emulator.end_tick(self.frame(tick), stage)

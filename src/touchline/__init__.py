@@ -20,6 +20,7 @@ _PUBLIC = {
     "CallError": "touchline.bus.calls",
     "Check": f"{_API}.checks",
     "CommandRefused": "touchline.schemas.errors",
+    "Emulator": f"{_API}.step_emulator",
     "FleetRun": f"{_API}.teams",
     "FollowerAhead": f"{_API}.function_follower",
     "FollowerState": f"{_API}.function_follower",

@@ -22,6 +22,7 @@ from touchline.api.recording import Recording as Recording
 from touchline.api.recording import Series as Series
 from touchline.api.simulated import Run as Run
 from touchline.api.simulated import simulate as simulate
+from touchline.api.step_emulator import Emulator as Emulator
 from touchline.api.sweeps import Table as Table
 from touchline.api.sweeps import sweep as sweep
 from touchline.api.teams import FleetRun as FleetRun

@@ -72,6 +72,15 @@ class FunctionFollower:
 
     def step(self, now: Floats, ahead: Floats) -> BodyTwist:
         """See `Follower.step`."""
-        state = FollowerState(*now[[LATERAL, HEADING_ERROR, NOZZLE_LATERAL, SPEED, YAW_RATE, REFERENCE_SPEED]].tolist())
-        speed_mps, yaw_rate_radps = self._function(state, FollowerAhead(ahead[:, A_SPEED], ahead[:, A_YAW_RATE]))
+        speed_mps, yaw_rate_radps = self._function(follower_state(now), follower_ahead(ahead))
         return BodyTwist(float(speed_mps), float(yaw_rate_radps))
+
+
+def follower_state(now: Floats) -> FollowerState:
+    """The state in `now` of `Follower.step`."""
+    return FollowerState(*now[[LATERAL, HEADING_ERROR, NOZZLE_LATERAL, SPEED, YAW_RATE, REFERENCE_SPEED]].tolist())
+
+
+def follower_ahead(ahead: Floats) -> FollowerAhead:
+    """The reference in `ahead` of `Follower.step`."""
+    return FollowerAhead(ahead[:, A_SPEED], ahead[:, A_YAW_RATE])

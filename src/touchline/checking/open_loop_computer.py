@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from touchline.checking.divergence import Divergence, TopicCheck
 from touchline.checking.recorded_session import RecordedSession
 from touchline.onboard import Onboard
+from touchline.onboard.control.follower import Asking
 from touchline.onboard.interface import Command
 from touchline.schemas import topics
 from touchline.schemas.setup import Setup
@@ -33,9 +34,9 @@ class OpenLoopComputer(Onboard):
         self._forced = forced
         self.decided: dict[int, tuple[float, ...]] = {}
 
-    def decide(self, tick: int) -> Command:
+    def decide(self, tick: int) -> Asking[Command]:
         """Decide as `Onboard`; the next tick sees the recorded command as its last decision."""
-        own = super().decide(tick)
+        own = yield from super().decide(tick)
         self.decided[tick] = own.actuators
         if tick >= len(self._forced) or np.isnan(self._forced[tick]).any():
             return own

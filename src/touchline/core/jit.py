@@ -5,6 +5,7 @@ no wheel brought it. Numba is imported only then. ``fastmath`` stays off: the sa
 every run.
 """
 
+import ctypes
 import inspect
 import time
 from collections.abc import Callable
@@ -107,6 +108,15 @@ class Kernel(KernelFunction):
             packed = made_call(run, trees, result)
             self._trusting[key] = native_call(native, trees, result, packed) if native else packed
         return self._trusting[key]
+
+    def address(self, arguments: tuple[Any, ...]) -> int:
+        """Return the address of the code for arguments of these types: a function of the address of their words.
+
+        Raises:
+            UnsupportedArgumentError: They do not fit into words.
+        """
+        run, _, _, _ = self._code(makeup(arguments), arguments)
+        return ctypes.cast(run, ctypes.c_void_p).value or 0  # type: ignore[arg-type]
 
     def _prepared(self, key: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
         """The function for arguments of this makeup, which looks at their types."""

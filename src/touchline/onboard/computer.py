@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from touchline.onboard.computer_state import Computer, ComputerState
 from touchline.onboard.control import Ask, Follower, make_follower, nobody
+from touchline.onboard.control.follower import Asking, answered
 from touchline.onboard.control.guarded_follower import GuardedFollower
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.auxiliary_models import AuxiliarySensors
@@ -226,17 +227,21 @@ class Onboard:
 
     def step(self, frame: SensorFrame) -> Command:
         """Run one tick; frames must come in order, without gaps."""
+        self.perceive(frame)
+        return answered(self.decide(frame.tick), self._follower)
+
+    def perceive(self, frame: SensorFrame) -> None:
+        """Estimate the pose, and evaluate it and all hazards: the first part of `step`."""
         self._estimator.step(frame)
         if (moved_m := self._estimator.accept_lasting_jump()) > 0.0:
             self._traversal.report_accepted(moved_m)
         self._watch.look(frame.tick)
         self._hazards.look(frame.tick)
-        return self.decide(frame.tick)
 
-    def decide(self, tick: int) -> Command:
+    def decide(self, tick: int) -> Asking[Command]:
         """Finish a tick that estimator and monitors have seen: the executive's part of `step`."""
         before = tuple(self._state.command.actuators.tolist())
-        command = self._traversal.step(tick)
+        command = yield from self._traversal.step(tick)
         if command is self._state.command.standstill:
             command = command._replace(actuators=self._drive.resting(before))
         return self._state.command.give(command)
@@ -273,6 +278,11 @@ class Onboard:
     def take_events(self) -> list[OnboardEvent]:
         """Return and clear the events since the last call."""
         return self._log.take()
+
+    @property
+    def follower(self) -> Follower:
+        """Follower that is asked in `decide`."""
+        return self._follower
 
     @property
     def auxiliary(self) -> AuxiliarySensors:

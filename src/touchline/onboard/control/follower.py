@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol, runtime_checkable
+from collections.abc import Generator
+from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,25 @@ class BodyTwist(NamedTuple):
     speed_mps: float
     yaw_rate_radps: float
     actuators: tuple[float, ...] | None = None
+
+
+class FollowerInput(NamedTuple):
+    """Inputs of a follower, which is asked for a twist.
+
+    Attributes:
+        now: See `Follower.step`.
+        ahead: See `Follower.step`.
+        arguments: Arguments of the kernel with which the tick continues; None if it continues in Python.
+    """
+
+    now: NDArray[np.float64]
+    ahead: NDArray[np.float64]
+    arguments: tuple[Any, ...] | None = None
+
+
+T = TypeVar("T")
+Asking: TypeAlias = Generator[FollowerInput, BodyTwist | None, T]
+"""Computation that stops where it needs a follower, and continues with the answer."""
 
 
 class Follower(Protocol):
@@ -80,6 +100,17 @@ class Follower(Protocol):
             ahead: (ahead_rows, AHEAD_COLUMNS) of `path_projection`: reference speed and yaw rate in the time to come.
         """
         ...
+
+
+def answered(asking: Asking[T], follower: Follower) -> T:
+    """Run a computation to its end with the answers of a follower; return its result."""
+    try:
+        asked = next(asking)
+        while True:
+            asked = asking.send(follower.step(asked.now, asked.ahead))
+    except StopIteration as end:
+        result: T = end.value
+        return result
 
 
 def keeps_time(follower: Follower) -> bool:

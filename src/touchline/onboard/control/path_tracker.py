@@ -13,7 +13,7 @@ from touchline.core.jit import kernel
 from touchline.onboard import filter_model as m
 from touchline.onboard import tracking_state as tracking
 from touchline.onboard.computer_state import Computer, ComputerState
-from touchline.onboard.control import Follower, PathFollower, keeps_time
+from touchline.onboard.control.follower import Asking, Follower, FollowerInput, PathFollower, keeps_time
 from touchline.onboard.control.turn_in_place import PATIENCE_S, Turning
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import drive_of
@@ -210,8 +210,8 @@ class PathTracker:
         """True if the robot was braking or held in the last tick, with the reference already at rest."""
         return self._braked_ticks > 0
 
-    def step(self, estimator: Estimator, mode: int, back_to_m: float = 0.0) -> tuple[float, ...]:
-        """Run one tick.
+    def step(self, estimator: Estimator, mode: int, back_to_m: float = 0.0) -> Asking[tuple[float, ...]]:
+        """Run one tick, in which the follower is asked.
 
         Args:
             estimator: Estimator that has seen the tick.
@@ -233,7 +233,9 @@ class PathTracker:
         self._braked_ticks = self._braked_ticks + 1 if stops and self.still else 0
         if self._braked_ticks > BRAKED_TICKS:
             return self.drive.resting(tuple(self._computer.command.actuators.tolist()))
-        speed_mps, yaw_rate_radps, actuators = self._follower.step(now, self._ahead)
+        answer = yield FollowerInput(now, self._ahead)
+        assert answer is not None, "no kernel takes it from here"
+        speed_mps, yaw_rate_radps, actuators = answer
         if actuators is None:
             onboard_drive.command(self.drive.figures, speed_mps, yaw_rate_radps, now, self._actuators)
         else:

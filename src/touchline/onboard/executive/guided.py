@@ -11,6 +11,7 @@ import numpy as np
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.control.cell_steering import SteeringLimits
+from touchline.onboard.control.follower import Asking
 from touchline.onboard.control.path_tracker import STOPPED_MPS
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.filter import Estimator
@@ -104,18 +105,19 @@ class GuidedDrive:
             return Whereabouts(stamp_s=stamp_s, aligned=False)
         return self._keeper.report(stamp_s, self._stopping_segment())
 
-    def run(self) -> Step:
+    def run(self) -> Asking[Step]:
         """Run one tick towards the target, as `guided_tick.guide`."""
         if not self._aligned:
             self._aligned = self._estimator.aligned
             return Step(self.stop_hard())
         if problem := self._watch.drive_problem():
-            return Step(self.rest(), hold=problem)
+            return Step((yield from self.rest()), hold=problem)
         drive_on(self._computer.array, self.course)
         return Step(self._computer.command.command)
 
-    def rest(self) -> Command:
+    def rest(self) -> Asking[Command]:
         """Run one tick of braking straight ahead."""
+        yield from ()  # there is no follower to be asked
         if self.standing and self._computer.guidance.speed_mps == 0.0:
             return self.stop_hard()
         drive_on(self._computer.array, self.course._replace(until_tick=-1))

@@ -12,7 +12,7 @@ from enum import Enum, auto
 
 from touchline.onboard import tracking_state as tracking
 from touchline.onboard.computer_state import ComputerState
-from touchline.onboard.control import Follower
+from touchline.onboard.control.follower import Asking, Follower
 from touchline.onboard.control.path_tracker import STOPPED_MPS, PathTracker, nozzle_m
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.executive.covered import Covered
@@ -211,18 +211,18 @@ class Mission:
         owed = self.sprayer.owed_from_m
         return owed if owed is not None else self.driver.arc_length_m
 
-    def run(self) -> Step:
+    def run(self) -> Asking[Step]:
         """Run one tick of driving and painting."""
         if self.waiting:
             return Step(self._command.standstill)
         self._at_rest = False
-        step = self._run()
+        step = yield from self._run()
         self._command.give(step.command)
         return step
 
-    def rest(self) -> Command:
+    def rest(self) -> Asking[Command]:
         """Run one tick of coming to rest along the path, valve closed; paint that should have been sprayed is owed."""
-        return self._command.give(self._rest())
+        return self._command.give((yield from self._rest()))
 
     def stop_hard(self) -> Command:
         """Run one tick of braking as hard as the wheels can; `locate` finds the resulting place on the path."""
@@ -268,7 +268,7 @@ class Mission:
             self._resumed = False
             self._phase = MissionPhase.STOP_TO_GO_BACK
 
-    def _run(self) -> Step:
+    def _run(self) -> Asking[Step]:
         if self._phase is MissionPhase.ALIGN:
             if not self._estimator.aligned:
                 return Step(self._command.standstill)
@@ -282,52 +282,54 @@ class Mission:
                 self.go_on()
         problem = self._watch.drive_problem()
         if problem:
-            return self._hold(problem)
+            return (yield from self._hold(problem))
         if self._phase is MissionPhase.ALONG:
-            return self._along()
-        return self._back()
+            return (yield from self._along())
+        return (yield from self._back())
 
-    def _along(self) -> Step:
+    def _along(self) -> Asking[Step]:
         driver, sprayer = self.driver, self.sprayer
-        actuators = driver.step(self._estimator, projection.MODE_PROFILE)
+        actuators = yield from driver.step(self._estimator, projection.MODE_PROFILE)
         place, speed = self._nozzle_m(), driver.speed_mps
         if driver.leg.sense != FORWARD:
             sprayer.pass_by(place)
-            return self._leg_done() if driver.leg_done else Step(Command(actuators, False, False))
+            if driver.leg_done:
+                return (yield from self._leg_done())
+            return Step(Command(actuators, False, False))
         problem = self._watch.paint_problem(self.lateral_error_m) if sprayer.due(place, speed) else ""
         valve, valve_after_s = sprayer.step(place, speed, not problem and not driver.held)
         if problem:
-            return self._hold(problem)
+            return (yield from self._hold(problem))
         if sprayer.must_go_back(place) and not driver.held:
             self.go_on()
         if driver.leg_done:
-            return self._leg_done()
+            return (yield from self._leg_done())
         return Step(Command(actuators, valve, sprayer.disc_at(place, speed), valve_after_s))
 
-    def _leg_done(self) -> Step:
+    def _leg_done(self) -> Asking[Step]:
         """End a leg at a cusp or the end, where the robot is almost at rest."""
         self.sprayer.pass_by(self._nozzle_m())
         if not self.driver.next_leg():
-            return Step(self._rest(), done=True)
-        actuators = self.driver.step(self._estimator, projection.MODE_PROFILE)
+            return Step((yield from self._rest()), done=True)
+        actuators = yield from self.driver.step(self._estimator, projection.MODE_PROFILE)
         return Step(Command(actuators, False, False))
 
-    def _back(self) -> Step:
+    def _back(self) -> Asking[Step]:
         """Stop, reverse to the run-up, stop, and drive forward again."""
         if self._phase is MissionPhase.BACK and self.driver.arc_length_m > self._back_to_m + 1e-3:
-            actuators = self.driver.step(self._estimator, projection.MODE_BACK, self._back_to_m)
+            actuators = yield from self.driver.step(self._estimator, projection.MODE_BACK, self._back_to_m)
             return Step(Command(actuators, False, False))
         if not self.standing:
-            return Step(self._rest())
+            return Step((yield from self._rest()))
         self.driver.halt()
         self._phase = MissionPhase.BACK if self._phase is MissionPhase.STOP_TO_GO_BACK else MissionPhase.ALONG
         return Step(self._command.standstill)
 
-    def _hold(self, problem: str) -> Step:
+    def _hold(self, problem: str) -> Asking[Step]:
         self.close_valve()
-        return Step(self._rest(), hold=problem)
+        return Step((yield from self._rest()), hold=problem)
 
-    def _rest(self) -> Command:
+    def _rest(self) -> Asking[Command]:
         driver = self.driver
         if self._phase is MissionPhase.ALIGN or self._at_rest:
             return self._command.standstill
@@ -335,7 +337,7 @@ class Mission:
             driver.halt()
             self._at_rest = True
             return self._command.standstill
-        actuators = driver.step(self._estimator, projection.MODE_BRAKE)
+        actuators = yield from driver.step(self._estimator, projection.MODE_BRAKE)
         if self._phase is MissionPhase.ALONG:
             self.sprayer.skip(self._nozzle_m(), driver.speed_mps)
         return Command(actuators, False, False)

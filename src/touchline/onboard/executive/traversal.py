@@ -19,7 +19,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from touchline.onboard.computer_state import ComputerState
-from touchline.onboard.control import Follower
+from touchline.onboard.control.follower import Asking, Follower
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.executive.course import Course
 from touchline.onboard.executive.events import ERROR, INFO, WARN, EventLog
@@ -281,7 +281,7 @@ class Traversal:
         if self.state == RUNNING or self.stop.ends_by_itself:
             self.pause("the link to the operator is lost", BY_LINK)
 
-    def step(self, tick: int) -> Command:
+    def step(self, tick: int) -> Asking[Command]:
         """Return the command until the next tick; the estimator and the monitors have seen this one."""
         self.clock.tick = tick
         job = self.job
@@ -291,10 +291,10 @@ class Traversal:
             self.clock.elapsed_s += TICK_S
         self._heed_hazards(job)
         if self.state == RUNNING:
-            return self._run(job)
+            return (yield from self._run(job))
         if self.state == ESTOPPED:
             return job.stop_hard()
-        command = job.rest()
+        command = yield from job.rest()
         if self.stop.ends_by_itself:
             self._try_again(job)
         elif self.stop.lasts:
@@ -379,11 +379,11 @@ class Traversal:
             self.job.close_valve()
         self._become(ESTOPPED, reason, ERROR)
 
-    def _run(self, job: TraversalJob) -> Command:
+    def _run(self, job: TraversalJob) -> Asking[Command]:
         if self.stop.warns_in(self.clock.tick) and (self._estimator.aligned or not job.aligning):
             self.reason = ABOUT_TO_MOVE
-            return job.rest()
-        step = job.run()
+            return (yield from job.rest())
+        step = yield from job.run()
         if step.done:
             self._leave_running(DONE, "")
         elif step.refusal:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
+from touchline.onboard.control.follower import Asking
 from touchline.onboard.interface import TICK_S, Command, PaintBelief
 
 
@@ -87,11 +88,11 @@ class TraversalJob(Protocol):
         """Arc length at which work continues after a stop."""
         ...
 
-    def run(self) -> Step:
+    def run(self) -> Asking[Step]:
         """Run one tick of driving and working."""
         ...
 
-    def rest(self) -> Command:
+    def rest(self) -> Asking[Command]:
         """Run one tick of coming to rest, valve closed."""
         ...
 
