@@ -26,6 +26,7 @@ def figure_html(title: str, draw: Callable[[], Axes]) -> str:
     """HTML of a picture below its title."""
     figure, text = draw().get_figure(root=True), StringIO()
     assert figure is not None, "axes have a figure"
-    figure.savefig(text, format="svg", metadata={"Date": None})
-    picture = text.getvalue()
-    return f"<p><code>{html.escape(title)}</code></p>{picture[picture.index('<svg') :]}"
+    figure.savefig(text, format="svg", metadata={"Date": None}, bbox_inches="tight")
+    _, _, picture = text.getvalue().partition("<svg ")
+    fitting = 'style="max-width: 100%; height: auto"'
+    return f"<p><code>{html.escape(title)}</code></p><svg {fitting} {picture}"
