@@ -37,9 +37,9 @@ lint: $(STAMP) tree
 	PYTHONPATH=build/tree $(BIN)/lint-imports
 	$(BIN)/python -m tests.house
 
-# The site, its notebooks executed: build/docs/index.html.
+# The site, build/docs/index.html.
 docs: $(STAMP)
-	$(BIN)/python -m sphinx -q -W --keep-going docs build/docs
+	$(BIN)/python -m sphinx -q -W --keep-going -d build/doctrees docs build/docs
 
 # Links to other hosts, which takes a network; no part of the tests.
 linkcheck: $(STAMP)

@@ -13,6 +13,7 @@ from sphinx.util.logging import getLogger
 
 import touchline
 import touchline.plugins
+from touchline.recordings.code_identity import code_digest
 
 project = "Touchline"
 version = touchline.__version__
@@ -28,12 +29,13 @@ html_copy_source = False
 myst_heading_anchors = 4
 
 nb_custom_formats = {".py": ["jupytext.reads", {"fmt": "py:percent"}]}
+# What was executed counts until a cell or Touchline's code changes.
 nb_execution_mode = "cache"
+nb_execution_cache_path = str(Path(__file__).parents[1] / "build" / "notebooks" / code_digest())
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
 
 default_role = "py:obj"
-autodoc_default_options = {"members": True, "exclude-members": "model_config, message"}
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented_params"
@@ -54,7 +56,7 @@ def _adapt(app: Sphinx, page: str, source: list[str]) -> None:
         for heading, part in zip(parts[::2], parts[1::2], strict=True):
             entries = "\n".join(re.findall(r"\]\(([\w/-]+(?:\.md|\.py))\)", part))
             text += f"\n```{{toctree}}\n:hidden:\n:caption: {heading.split(':')[0]}\n{entries}\n```\n"
-    elif page.startswith("tutorials/"):
+    elif app.env.doc2path(page).suffix == ".py":
         text += f"\n# %% [markdown]\n# Download as a notebook: {{nb-download}}`{Path(page).name}.ipynb`\n"
     source[0] = text
 
@@ -66,8 +68,9 @@ def _hide_signature(app: Sphinx, kind: str, name: str, found: Any, *_: object) -
 
 
 def _skip(app: Sphinx, kind: str, name: str, found: object, *_: object) -> bool | None:
-    """Leave out the fields of a named tuple, which its docstring describes."""
-    return True if str(getattr(found, "__doc__", "")).startswith("Alias for field number") else None
+    """Leave out the configuration of models, and the fields of named tuples, which their docstrings describe."""
+    of_tuple = str(getattr(found, "__doc__", "")).startswith("Alias for field number")
+    return True if of_tuple or name == "model_config" else None
 
 
 def _keep_colon(app: Sphinx, kind: str, name: str, found: object, options: object, lines: list[str]) -> None:

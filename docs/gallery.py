@@ -15,7 +15,7 @@ import touchline
 
 # %%
 pitch = touchline.plan("soccer-11")
-pitch.plot(plt.figure(figsize=(8, 4.5), layout="constrained").subplots(), colour="speed")
+pitch.plot(plt.figure(figsize=(8, 4.5), layout="constrained").subplots())
 plt.show()
 
 # %% [markdown]
@@ -26,9 +26,12 @@ plt.show()
 
 # %%
 run = touchline.simulate("tennis", seed=7)
-figure, (paint, error) = plt.subplots(2, figsize=(8, 7), height_ratios=(3, 2), layout="constrained")
-run.plot(paint)
+run.plot(plt.figure(figsize=(9, 5), layout="constrained").subplots())
+plt.show()
+
+# %%
 drive = run.frame(kind="numpy", rate_hz=10)
+error = plt.figure(figsize=(9, 3), layout="constrained").subplots()
 error.plot(drive["time_s"], 1e3 * drive["lateral_error_m"], label="true")
 error.plot(drive["time_s"], 1e3 * drive["lateral_belief_m"], label="believed")
 error.set(xlabel="time (s)", ylabel="lateral error (mm)")
@@ -36,11 +39,15 @@ error.legend()
 plt.show()
 
 # %% [markdown]
-# ## Area rolled
+# ## Area covered
+#
+# A roller covers a pan of clay that no part of it may leave; what it misses stays red.
 
 # %%
-rolled = touchline.simulate(touchline.plan("salt-pan", vehicle="clay-roller"), seed=1)
-rolled.plot(plt.figure(figsize=(8, 5), layout="constrained").subplots())
+outline = [[0, 0], [20, 0], [20, 12], [0, 12]]
+field = touchline.load_template({"name": "pan", "areas": [{"id": "clay", "outline": outline}]})
+plan = touchline.plan(field, vehicle="clay-roller", coverage_pct=80)
+touchline.simulate(plan, seed=1).plot(plt.figure(figsize=(9, 6), layout="constrained").subplots())
 plt.show()
 
 # %% [markdown]
@@ -63,7 +70,7 @@ rows = touchline.sweep("study-square", seeds=3, settings=settings, workers=1).ro
 axes = plt.figure(figsize=(6, 4), layout="constrained").subplots()
 for follower in settings["follower"]:
     its = rows[rows["follower"] == follower]
-    axes.plot(1e3 * its["gnss.white_m"], 1e3 * its["lateral_error_mean_m"], "o", alpha=0.6, label=follower)
+    axes.plot(1e3 * its["gnss.white_m"], 1e3 * its["lateral_error_mean_m"], "o", label=follower)
 axes.set(xlabel="white noise of the receiver (mm)", ylabel="mean lateral error (mm)")
 axes.legend()
 plt.show()
@@ -74,6 +81,7 @@ plt.show()
 # Any MCAP file or ROS 2 bag is read in the same way.
 
 # %%
+plt.rcParams["axes.formatter.useoffset"] = False
 log = touchline.Recording("../examples/sessions/square.mcap")
 imu, fixes = log["imu/data_raw"].array(), log["gnss/fix"].array()
 figure, (turning, place) = plt.subplots(1, 2, figsize=(8, 4), layout="constrained")
