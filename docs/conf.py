@@ -75,8 +75,10 @@ def _skip(app: Sphinx, kind: str, name: str, found: object, *_: object) -> bool 
 
 def _keep_colon(app: Sphinx, kind: str, name: str, found: object, options: object, lines: list[str]) -> None:
     """Keep napoleon from taking the words before a colon for the type of an attribute."""
-    if kind in ("attribute", "property"):
-        lines.insert(0, "")
+    if kind in ("attribute", "property") and lines:
+        before, colon, after = lines[0].partition(": ")
+        if colon:
+            lines[:1] = [f"{before}:", after]
 
 
 def _check_names(app: Sphinx, environment: BuildEnvironment) -> None:

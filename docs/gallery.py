@@ -41,20 +41,20 @@ plt.show()
 # %% [markdown]
 # ## Area covered
 #
-# A roller covers a pan of clay that no part of it may leave; what it misses stays red.
+# A roller covers a pan of clay in lanes, and no part of it may leave the pan: what it misses is red.
 
 # %%
-outline = [[0, 0], [20, 0], [20, 12], [0, 12]]
-field = touchline.load_template({"name": "pan", "areas": [{"id": "clay", "outline": outline}]})
-plan = touchline.plan(field, vehicle="clay-roller", coverage_pct=80)
-touchline.simulate(plan, seed=1).plot(plt.figure(figsize=(9, 6), layout="constrained").subplots())
+outline = [[0, 0], [30, 0], [30, 16], [0, 16]]
+pan = {"name": "pan", "areas": [{"id": "clay", "outline": outline}]}
+plan = touchline.plan(pan, vehicle="clay-roller", area_method="zigzag")
+touchline.simulate(plan, seed=1).plot(plt.figure(figsize=(9, 6)).subplots())
 plt.show()
 
 # %% [markdown]
 # ## Team that spreads over an area
 
 # %%
-team = touchline.fleet(10, seed=3)
+team = touchline.fleet(6, seed=3)
 axes = plt.figure(figsize=(6, 5), layout="constrained").subplots()
 axes.plot(team.place_m[:, :, 0], team.place_m[:, :, 1], linewidth=1)
 axes.plot(team.place_m[-1, :, 0], team.place_m[-1, :, 1], "ko")
@@ -70,7 +70,8 @@ rows = touchline.sweep("study-square", seeds=3, settings=settings, workers=1).ro
 axes = plt.figure(figsize=(6, 4), layout="constrained").subplots()
 for follower in settings["follower"]:
     its = rows[rows["follower"] == follower]
-    axes.plot(1e3 * its["gnss.white_m"], 1e3 * its["lateral_error_mean_m"], "o", label=follower)
+    noise_mm, error_mm = 1e3 * its["gnss.white_m"], 1e3 * its["lateral_error_mean_m"]
+    axes.plot(noise_mm, error_mm, "o", label=follower)
 axes.set(xlabel="white noise of the receiver (mm)", ylabel="mean lateral error (mm)")
 axes.legend()
 plt.show()

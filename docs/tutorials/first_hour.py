@@ -59,8 +59,8 @@ for name in ("lateral_error_m", "lateral_belief_m"):
     print(f"{name:<18}{1e3 * abs(painting[name]).mean():.1f} mm on average")
 
 # %% [markdown]
-# Change something and compare, on a smaller field: a receiver with twice the noise, two followers, three seeds each. The
-# table has a line for each combination; `table.rows` and `table.frame()` have one for each run.
+# Change something and compare, on a smaller field: a receiver with twice the noise, two followers, three seeds each.
+# The table has a line for each combination; `table.rows` and `table.frame()` have one for each run.
 
 # %%
 settings = {"gnss.white_m": [0.0047, 0.0094], "follower": ["mpc", "pure-pursuit"]}
