@@ -12,7 +12,7 @@ TESTS := tests/system $(filter-out tests/system,$(patsubst %/,%,$(wildcard tests
 # ROS 2's own tools, which are no part of the tests: wheels, and what they make.
 ROS2 := build/ros2
 
-.PHONY: demo test test-full quick lint bytecode tree kernels wheel bench ros2-hashes ros2-packages node-readers clean
+.PHONY: demo test test-full quick lint docs linkcheck bytecode tree kernels wheel bench ros2-hashes ros2-packages node-readers clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
@@ -36,6 +36,14 @@ lint: $(STAMP) tree
 	$(BIN)/mypy
 	PYTHONPATH=build/tree $(BIN)/lint-imports
 	$(BIN)/python -m tests.house
+
+# The site, build/docs/index.html.
+docs: $(STAMP)
+	$(BIN)/python -m sphinx -q -W --keep-going -d build/doctrees docs build/docs
+
+# Links to other hosts, which takes a network; no part of the tests.
+linkcheck: $(STAMP)
+	$(BIN)/python -m sphinx -q -b linkcheck -D nb_execution_mode=off docs build/linkcheck
 
 # Of the tests, which otherwise every process that tests would make for itself.
 bytecode: $(STAMP)
@@ -91,7 +99,7 @@ $(STAMP): pyproject.toml research/pyproject.toml constraints.txt
 		{ echo "Touchline needs Python 3.11 or newer: run make PYTHON=/path/to/python3.11"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt \
-		-e '.[test]' -e ./research
+		-e '.[docs,test]' -e ./research
 	@touch $@
 
 clean:

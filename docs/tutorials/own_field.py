@@ -42,9 +42,7 @@ print(f"{template.length_m:.1f} m of lines, the origin at {template.origin}")
 # %%
 plan = touchline.plan(template)
 run = touchline.simulate(plan, seed=2)
-print(run)
-run.plot()
+run
 
-# %%
-if __name__ == "__main__":
-    assert run.success and abs(template.length_m - 58.0) < 0.2
+# %% tags=["remove-cell"]
+assert run.success and abs(template.length_m - 58.0) < 0.2

@@ -55,6 +55,5 @@ def broken(state: touchline.FollowerState, ahead: touchline.FollowerAhead) -> tu
 failed = touchline.simulate(plan, follower=broken)
 print(failed.reason)
 
-# %%
-if __name__ == "__main__":
-    assert not failed.success and "not finite" in failed.reason
+# %% tags=["remove-cell"]
+assert not failed.success and "not finite" in failed.reason

@@ -1,26 +1,40 @@
-"""The tutorials run to their ends, and the guide's and README's lines are those of the product."""
+"""The site of the documentation, its notebooks included, and the commands and Python of the pages."""
 
+import os
 import re
-import runpy
 import shlex
+import subprocess
+import sys
 from pathlib import Path
-
-import pytest
 
 from touchline.cli.commands import command_line
 from touchline.cli.settings_file import command_of
 
 ROOT = Path(__file__).parents[2]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.py"))
+#: What a page loads from another host; links that a reader may follow are none of it.
+LOADED = re.compile(r"""<(?:link|script|img|iframe|source)\b[^>]*\b(?:src|href)=["'](?:https?:)?//[^>]*>""")
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 MOST_WORDS = 700
 
 
-@pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda each: each.stem)
-def test_a_tutorial_runs_to_its_end(tutorial: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("tempfile.mkdtemp", lambda: str(tmp_path))
-    runpy.run_path(str(tutorial), run_name="__main__")
+def test_the_site_is_built_with_executed_notebooks_and_needs_no_other_host(tmp_path: Path) -> None:
+    site, command = tmp_path / "site", [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going"]
+    environment = os.environ | {"TMPDIR": str(tmp_path)}
+    built = subprocess.run(
+        [*command, "-d", str(tmp_path / "doctrees"), str(ROOT / "docs"), str(site)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert built.returncode == 0, built.stderr
+    pages = {page.relative_to(site): page.read_text(encoding="utf-8") for page in site.rglob("*.html")}
+    assert not [(page, LOADED.findall(text)) for page, text in pages.items() if LOADED.search(text)]
+    assert "<svg style" in pages[Path("tutorials/first_hour.html")]
+    assert sorted(each.stem for each in site.rglob("*.ipynb")) == sorted(
+        [*(each.stem for each in TUTORIALS), "gallery"]
+    )
 
 
 def blocks(page: Path, kind: str) -> list[str]:

@@ -73,7 +73,7 @@ class PlannedDrive(ABC):
         Args:
             direction: 1 forward, -1 backward.
             square: v² (m²/s²).
-            acceleration_mps2: Change of |v|.
+            acceleration_mps2: Change of the speed v, whatever its sign.
             curvature_1pm: Curvature dθ/ds of the path, where s falls when it is driven backward.
             sharpness_1pm2: Change of curvature per metre driven.
         """

@@ -25,7 +25,7 @@ class GoalRun:
 
     Attributes:
         goal: The goal.
-        success: Whether the robot came to rest within 5 cm and 2° of it.
+        success: True if the robot came to rest within 5 cm and 2° of it.
         reason: Why not, or empty.
         duration_s: Time that it took.
         planned_s: Time that it should have taken.

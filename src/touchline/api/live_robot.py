@@ -362,7 +362,17 @@ class Robot:
 async def connect_async(
     namespace: str = "tt2", /, *, endpoint: str | None = None, timeout_s: float = 5.0
 ) -> AsyncRobot:
-    """Connect to a robot as `connect` does, without holding up the event loop."""
+    """Connect to a robot without holding up the event loop.
+
+    Args:
+        namespace: Namespace of the robot.
+        endpoint: As of `connect`.
+        timeout_s: Time to wait for the robot, and for its answers.
+
+    Raises:
+        RobotUnavailable: It is not there in time.
+        SpecError: An argument or the environment cannot be used.
+    """
     return AsyncRobot(await asyncio.to_thread(connect, namespace, endpoint=endpoint, timeout_s=timeout_s))
 
 

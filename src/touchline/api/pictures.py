@@ -24,8 +24,12 @@ def own_axes(ax: Axes | None) -> Axes:
 
 def figure_html(title: str, draw: Callable[[], Axes]) -> str:
     """HTML of a picture below its title."""
-    figure, text = draw().get_figure(root=True), StringIO()
+    axes, text = draw(), StringIO()
+    figure = axes.get_figure(root=True)
     assert figure is not None, "axes have a figure"
-    figure.savefig(text, format="svg", metadata={"Date": None})
-    picture = text.getvalue()
-    return f"<p><code>{html.escape(title)}</code></p>{picture[picture.index('<svg') :]}"
+    for many in axes.collections:
+        many.set_rasterized(True)  # ten thousand marks of paint would make megabytes
+    figure.savefig(text, format="svg", dpi=150, metadata={"Date": None}, bbox_inches="tight")
+    _, _, picture = text.getvalue().partition("<svg ")
+    fitting = 'style="max-width: 100%; height: auto"'
+    return f"<p><code>{html.escape(title)}</code></p><svg {fitting} {picture}"

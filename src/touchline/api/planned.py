@@ -100,7 +100,11 @@ class Plan:
         return _read_only(path_samples(self._loaded, step_m))
 
     def at(self, time_s: float) -> np.void:
-        """Row of `path` at a time, the nearest one to 2 cm."""
+        """Row of `path` at a time, the nearest one to 2 cm.
+
+        Args:
+            time_s: Time since the start; the last row for any later one.
+        """
         path = self.path()
         sample: np.void = path[min(int(np.searchsorted(path["time_s"], time_s)), len(path) - 1)]
         return sample

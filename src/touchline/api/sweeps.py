@@ -57,7 +57,8 @@ class Table:
             (m,) settings, runs, success (share), success_low and success_high (Wilson's interval of 95 %), then
             FIGURE_mean and FIGURE_p95 over the runs that have it.
         """
-        names = [name for name in self.rows.dtype.names or () if self.rows.dtype[name].kind == "f"]
+        figures = [name for name in self.rows.dtype.names or () if self.rows.dtype[name].kind == "f"]
+        names = [name for name in figures if name not in self.settings]
         keys = [tuple(row[name] for name in self.settings) for row in self.rows]
         form = [(name, self.rows.dtype[name]) for name in self.settings]
         form += [("runs", np.dtype(np.int64))]
@@ -91,7 +92,8 @@ class Table:
         body = "".join(
             f"<tr>{''.join(f'<td>{html.escape(_shown(line[name]))}</td>' for name in names)}</tr>" for line in summary
         )
-        return f"<p><code>{html.escape(repr(self))}</code></p><table><tr>{head}</tr>{body}</table>"
+        table = f'<div style="overflow-x: auto"><table><tr>{head}</tr>{body}</table></div>'
+        return f"<p><code>{html.escape(repr(self))}</code></p>{table}"
 
 
 def wilson(successes: int, runs: int) -> tuple[float, float]:

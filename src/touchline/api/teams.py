@@ -27,7 +27,7 @@ class FleetRun:
 
     Attributes:
         names: Names of the robots.
-        success: Whether it did its task without contact.
+        success: True if it did its task without contact.
         reason: Why not, or empty.
         report: All figures, as `touchline fleet simulate` prints them.
         time_s: (k,) times of the updates.
@@ -61,7 +61,7 @@ def fleet(
         team: Team, its file (`touchline fleet team` prints one), or a number of robots.
         seed: Seed of all noise; None: the team's.
         record: MCAP file to write.
-        hashed: Whether to compute the hashes of the sessions.
+        hashed: True: the hashes of the sessions are computed.
         progress: Called with the fraction done and the present step.
 
     Raises:

@@ -87,7 +87,8 @@ def cover(axes: "Axes", template: Template, strokes: Iterable[PaintMarks], capti
     axes.legend(
         handles=kinds,
         loc="upper center",
-        bbox_to_anchor=(0.5, -0.06),
+        bbox_to_anchor=(0.5, 0.0),
+        borderaxespad=4.5,  # below the label of the axis, however high the axes are
         ncols=len(kinds),
         frameon=False,
         fontsize="small",

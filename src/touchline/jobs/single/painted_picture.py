@@ -93,7 +93,7 @@ def paint(
         axes.add_collection(colours)
     if colours is not None:
         axes.figure.colorbar(colours, ax=axes, label="nozzle off the template (mm)", shrink=0.7, extend="max")
-    axes.set_title(plain(template.title or template.name, 200), fontweight="bold", loc="left")
+    axes.set_title(plain(template.title or template.name, 200) + "\n", fontweight="bold", loc="left")
     axes.set_title(caption, fontsize="small", loc="right")
 
 
