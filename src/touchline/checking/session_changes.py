@@ -6,8 +6,10 @@ from touchline.recordings.code_identity import own_version
 
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
-        "A drive to a goal without Zenoh records the sprayer's state in its first tick only if that has changed; "
-        "recordings of such drives by 0.1.0 are read, not checked.",
+        (
+            "A drive to a goal without Zenoh records the sprayer's state in its first tick only if that has changed; "
+            "recordings of such drives by 0.1.0 are read, not checked."
+        ),
     )
 }
 """Lines marked [session] of CHANGELOG.md, by the version that brought them; the oldest first."""
