@@ -61,6 +61,7 @@ def team() -> None:
 def learners() -> None:
     """Compile what the environments of learners step robots with."""
     import numpy as np
+
     from touchline.gym.follow_task import FollowTask
 
     task = FollowTask("study-square", {}, 1)
