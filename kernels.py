@@ -58,6 +58,16 @@ def team() -> None:
         touchline()
 
 
+def learners() -> None:
+    """Compile what the environments of learners step robots with."""
+    import numpy as np
+
+    from touchline.gym.follow_task import FollowTask
+
+    task = FollowTask("study-square", {}, 1)
+    task.step(np.zeros((1, 2), np.float32))
+
+
 JOBS = (
     Job(
         "turf-tank-two",
@@ -65,6 +75,7 @@ JOBS = (
         (
             Job("clay-roller", partial(robot, "clay-roller", "pure-pursuit", "mpc")),
             Job("turtlebot2", partial(robot, "turtlebot2", "mpc", "pure-pursuit"), (Job("team", team),)),
+            Job("learners", learners),
         ),
     ),
     Job(
