@@ -11,6 +11,7 @@ import zenoh
 from zenoh import Config
 
 from touchline.bus.remote_access import endpoints
+from touchline.schemas.bus_variables import CONFIG_VARIABLE, ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES
 from touchline.schemas.errors import SpecError
 from touchline.schemas.topics import DEFAULT_NAMESPACE, NAMESPACE_RULE, ROBOT_SIM, is_namespace
@@ -21,10 +22,6 @@ PATIENCE_S = 1.0
 MAX_MESSAGE_BYTES = MAX_PAYLOAD_BYTES + 65_536
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7461"
-
-ENDPOINT_VARIABLE = "TOUCHLINE_ENDPOINT"
-NAMESPACE_VARIABLE = "TOUCHLINE_NAMESPACE"
-CONFIG_VARIABLE = "TOUCHLINE_ZENOH_CONFIG"
 
 
 @dataclass(frozen=True)

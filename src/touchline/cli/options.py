@@ -2,12 +2,14 @@
 
 from enum import IntEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from touchline.bus import BusConfig
 from touchline.schemas.errors import SpecError
+
+if TYPE_CHECKING:
+    from touchline.bus import BusConfig
 
 PLOT_ENDINGS = (".svg", ".png")
 
@@ -98,10 +100,12 @@ def check_plot(path: Path | None, option: str = "--plot") -> None:
         raise SpecError("command line", option, f"ends in {path.suffix!r}", f"use {' or '.join(PLOT_ENDINGS)}")
 
 
-def config_of(robot: str | None) -> BusConfig:
+def config_of(robot: str | None) -> "BusConfig":
     """Return the bus configuration for the named robot, or else the environment's.
 
     Raises:
         SpecError: The name or the environment is not usable.
     """
+    from touchline.bus import BusConfig
+
     return BusConfig.from_environment([robot] if robot is not None else ())
