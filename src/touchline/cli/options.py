@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from touchline.schemas.errors import SpecError
+from touchline.schemas.optional_packages import require
 
 if TYPE_CHECKING:
     from touchline.bus import BusConfig
@@ -91,13 +92,17 @@ def speed_factor(text: str, option: str = "--speed") -> float:
 
 
 def check_plot(path: Path | None, option: str = "--plot") -> None:
-    """Refuse a picture format that cannot be drawn, before any work is done.
+    """Refuse a picture that cannot be drawn, before any work is done.
 
     Raises:
         SpecError: The file's ending is not supported.
+        MissingExtra: Matplotlib is not installed.
     """
-    if path is not None and path.suffix not in PLOT_ENDINGS:
+    if path is None:
+        return
+    if path.suffix not in PLOT_ENDINGS:
         raise SpecError("command line", option, f"ends in {path.suffix!r}", f"use {' or '.join(PLOT_ENDINGS)}")
+    require("matplotlib", option)
 
 
 def config_of(robot: str | None) -> "BusConfig":

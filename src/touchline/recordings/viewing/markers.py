@@ -80,6 +80,8 @@ def body_markers(vehicle: Vehicle, frame: str, *, true: bool = False) -> MarkerA
     color = _TRUE_BODY if true else _BODY
     drawn = [_strip("body", 0, _ring(outline, _BODY_Z_M), _OUTLINE_M, color, vehicle.name)]
     if not true:
+        import shapely
+
         drawn += [_fill("body", 1, shapely.Polygon(outline), color, vehicle.name), *_wheels(vehicle), _tool(vehicle)]
     header = Header(frame_id=frame)
     return MarkerArray(
