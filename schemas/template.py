@@ -280,12 +280,12 @@ class Template(GrownSpec):
     @property
     def length_m(self) -> float:
         """Metres of lines to be painted; areas do not count."""
-        return sum(segment.curve().length_m for segment in self.segments)
+        return math.fsum(segment.curve().length_m for segment in self.segments)
 
     @property
     def area_m2(self) -> float:
         """Square metres to be painted solid."""
-        return sum(_enclosed_m2(a.outline) - sum(map(_enclosed_m2, a.holes)) for a in self.areas)
+        return math.fsum(_enclosed_m2(a.outline) - math.fsum(map(_enclosed_m2, a.holes)) for a in self.areas)
 
     def area_of(self, segment_id: str) -> Area | None:
         """The area of which a segment of that id is a swath; None if it is of none."""
