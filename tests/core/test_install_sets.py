@@ -134,7 +134,7 @@ LIBRARY = """
 import json, pickle, touchline
 
 log = touchline.Recording("examples/sessions/square.mcap")
-said = [len(log["clock"].array()) > 1000, touchline.load_template("salt-pan-l").area_m2]
+said = [len(log["clock"].array()) > 100, touchline.load_template("salt-pan-l").area_m2]
 for name in ("check", "simulate", "connect"):
     try:
         getattr(touchline, name)
