@@ -4,6 +4,7 @@ import io
 import os
 import sys
 import traceback
+from contextlib import suppress
 from importlib import import_module
 
 import typer
@@ -32,13 +33,12 @@ def command_line(asked: str | None = None) -> typer.Typer:
     known = asked == "--version" or any(asked in names for modules in PANELS.values() for names in modules.values())
     for panel, modules in PANELS.items():
         for module, names in modules.items():
-            if asked in names or not known:
-                try:
+            if asked in names:
+                import_module(f"touchline.cli.{module}").register(app)
+            elif not known:
+                with suppress(MissingExtra):
                     import_module(f"touchline.cli.{module}").register(app)
-                except MissingExtra:
-                    if known:
-                        raise
-                in_panel(app, panel)
+            in_panel(app, panel)
     return app
 
 

@@ -54,7 +54,7 @@ class Contents(TypedDict):
 
 @cache
 def shipped() -> Contents:
-    """What came with the package."""
+    """Contents of the package's library; nothing if it has none."""
     with suppress(OSError, ValueError):
         contents: Contents = json.loads((_SHIPPED / CONTENTS).read_text(encoding="utf-8"))
         return contents

@@ -31,10 +31,10 @@ def label_patches(cells: NDArray[np.bool_]) -> Any:
         while last >= 0:
             row, column = waiting[last] // columns, waiting[last] % columns
             last -= 1
-            for i in range(max(row - 1, 0), min(row + 2, rows)):
-                for j in range(max(column - 1, 0), min(column + 2, columns)):
-                    if cells[i, j] and not numbers[i, j]:
-                        numbers[i, j] = count
-                        last += 1
-                        waiting[last] = i * columns + j
+            for near in range(9):
+                i, j = row + near // 3 - 1, column + near % 3 - 1
+                if 0 <= i < rows and 0 <= j < columns and cells[i, j] and not numbers[i, j]:
+                    numbers[i, j] = count
+                    last += 1
+                    waiting[last] = i * columns + j
     return numbers
