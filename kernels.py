@@ -1,19 +1,24 @@
 """Compiles the kernels of all that ships, on all cores: `make kernels`.
 
-With a folder as argument, their code is put there: a wheel takes it from `build/kernels` (`make wheel`).
+With a folder as argument, a library of them is put there: a wheel takes it from `build/kernels` (`make wheel`). That
+takes a C compiler's linker, `$CC` or `cc`.
 """
 
+import json
 import os
 import shutil
+import subprocess
 import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout, suppress
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
+
+from touchline.core import kernel_code, kernel_store
 
 _BEGUN_S = time.perf_counter()
 
@@ -114,13 +119,28 @@ def main(folder: str | None = None) -> None:
     with tempfile.TemporaryDirectory() as anew:
         if folder:
             os.environ["XDG_CACHE_HOME"] = anew
+            kernel_code.FOR_LIBRARY = True
         if not run_all(JOBS):
             sys.exit(1)
         if folder:
             shutil.rmtree(folder, ignore_errors=True)
             Path(folder).mkdir(parents=True)
-            for code in (Path(anew) / "touchline" / "kernels").glob("*.o"):
-                shutil.copy(code, folder)
+            link(sorted(kernel_store.cache_folder().glob("*.o")), Path(folder))
+
+
+def link(files: Sequence[Path], folder: Path) -> None:
+    """Link the code of the cache's files into a library in a folder, beside which is said what is in it."""
+    results = {}
+    for file in files:
+        results[file.stem], code = kernel_store.read(file)
+        file.write_bytes(code)
+    contents = kernel_store.Contents(numba=kernel_store.numba_version(), results=results)
+    (folder / kernel_store.CONTENTS).write_text(json.dumps(contents), encoding="utf-8")
+    names = folder / "files"
+    names.write_text("\n".join(map(str, files)), encoding="utf-8")
+    library = str(folder / kernel_store.LIBRARY)
+    subprocess.run([os.environ.get("CC", "cc"), "-shared", "-o", library, f"@{names}", "-lm"], check=True)
+    names.unlink()
 
 
 if __name__ == "__main__":

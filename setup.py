@@ -17,7 +17,7 @@ FOLDERS = {"touchline": "src/touchline", **{f"touchline.{name}": name for name i
 PACKAGES = [
     each for package, at in FOLDERS.items() for each in (package, *(f"{package}.{name}" for name in find_packages(at)))
 ]
-KERNELS = sorted(Path("build/kernels").glob("*.o"))
+KERNELS = sorted(Path("build/kernels").glob("kernels.*"))
 
 
 class WithKernels(build_py):

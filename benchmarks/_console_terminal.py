@@ -14,7 +14,7 @@ import threading
 
 from benchmarks._processes import cpu_s
 from touchline.bus import BusConfig
-from touchline.bus.config import NAMESPACE_VARIABLE
+from touchline.schemas.bus_variables import NAMESPACE_VARIABLE
 
 ASKED_WHETHER_IT_SYNCHRONIZES = b"\x1b[?2026$p"
 IT_DOES = b"\x1b[?2026;1$y"

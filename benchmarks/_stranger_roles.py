@@ -23,9 +23,10 @@ from typing import Final
 import zenoh
 from zenoh import handlers
 
-from touchline.bus.config import DEFAULT_ENDPOINT, ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
+from touchline.bus.config import DEFAULT_ENDPOINT
 from touchline.schemas import messages as m
 from touchline.schemas import topics
+from touchline.schemas.bus_variables import ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
 from touchline.schemas.cdr import encode
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Actuation, Trajectory

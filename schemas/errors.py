@@ -11,6 +11,10 @@ class TouchlineError(Exception):
     """Base of every error that Touchline raises on purpose."""
 
 
+class MissingExtra(TouchlineError, ImportError):
+    """A feature needs packages that are not installed; the text names them."""
+
+
 class SpecError(TouchlineError):
     """A template, vehicle or scenario that cannot be used.
 

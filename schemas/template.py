@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from functools import cached_property
+from importlib.util import find_spec
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
@@ -135,6 +136,8 @@ class Placement(Spec):
 
 
 def _simple(corners: tuple[Position, ...]) -> tuple[Position, ...]:
+    if not find_spec("shapely"):  # what plans has it, and so never sees an outline that was not checked
+        return corners
     import shapely  # only templates with polygons pay for it
 
     outline = shapely.Polygon(corners)
@@ -145,6 +148,12 @@ def _simple(corners: tuple[Position, ...]) -> tuple[Position, ...]:
 
 Corners = Annotated[tuple[Position, ...], Field(min_length=3, max_length=1000), AfterValidator(_simple)]
 """A closed outline, corner by corner (either way round; the last corner joins the first), metres."""
+
+
+def _enclosed_m2(corners: tuple[Position, ...]) -> float:
+    (x0, y0), *others = corners
+    moved = [(x - x0, y - y0) for x, y in others]
+    return abs(math.fsum(xa * yb - xb * ya for (xa, ya), (xb, yb) in pairwise(moved))) / 2.0
 
 
 class Polygon(Spec):
@@ -174,6 +183,8 @@ class Area(Spec):
     @field_validator("holes")
     @classmethod
     def _inside_and_apart(cls, holes: tuple[Corners, ...], info: ValidationInfo) -> tuple[Corners, ...]:
+        if not find_spec("shapely"):
+            return holes
         import shapely
 
         outline = shapely.Polygon(info.data["outline"]) if "outline" in info.data else None
@@ -269,12 +280,12 @@ class Template(GrownSpec):
     @property
     def length_m(self) -> float:
         """Metres of lines to be painted; areas do not count."""
-        return sum(segment.curve().length_m for segment in self.segments)
+        return math.fsum(segment.curve().length_m for segment in self.segments)
 
     @property
     def area_m2(self) -> float:
         """Square metres to be painted solid."""
-        return sum(area.polygon.area for area in self.areas)
+        return math.fsum(_enclosed_m2(a.outline) - math.fsum(map(_enclosed_m2, a.holes)) for a in self.areas)
 
     def area_of(self, segment_id: str) -> Area | None:
         """The area of which a segment of that id is a swath; None if it is of none."""

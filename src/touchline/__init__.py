@@ -12,6 +12,9 @@ if os.name != "posix":
 
 import touchline.shipped_plugins  # noqa: F401 - which fills the registries
 from touchline.lazy_names import lazy_names
+from touchline.schemas.optional_packages import name_packages_of_missing_imports
+
+name_packages_of_missing_imports()
 
 _API = "touchline.api"
 #: Modules of the public names; `__init__.pyi` has them for type checkers.
@@ -25,6 +28,7 @@ _PUBLIC = {
     "FollowerAhead": f"{_API}.function_follower",
     "FollowerState": f"{_API}.function_follower",
     "GoalRun": f"{_API}.goal_drive",
+    "MissingExtra": "touchline.schemas.errors",
     "OnboardConfig": "touchline.schemas.onboard",
     "Plan": f"{_API}.planned",
     "PlanOptions": f"{_API}.plan_options",

@@ -31,6 +31,7 @@ from touchline.bus.calls import CallError as CallError
 from touchline.recordings.recording_file import RecordingError as RecordingError
 from touchline.schemas.catalogue import load_vehicle as load_vehicle
 from touchline.schemas.errors import CommandRefused as CommandRefused
+from touchline.schemas.errors import MissingExtra as MissingExtra
 from touchline.schemas.errors import PlanningError as PlanningError
 from touchline.schemas.errors import SpecError as SpecError
 from touchline.schemas.errors import TouchlineError as TouchlineError

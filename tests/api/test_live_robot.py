@@ -11,8 +11,8 @@ from contextlib import contextmanager, suppress
 import pytest
 
 import touchline
-from touchline.bus.config import ENDPOINT_VARIABLE
 from touchline.bus.ports import free_port
+from touchline.schemas.bus_variables import ENDPOINT_VARIABLE
 
 START_S = 120.0
 

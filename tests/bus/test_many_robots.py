@@ -7,8 +7,8 @@ import pytest
 
 from tests.meeting import caught_up, eventually
 from touchline.bus import Bus, BusConfig, CallError
-from touchline.bus.config import NAMESPACE_VARIABLE
 from touchline.schemas import topics
+from touchline.schemas.bus_variables import NAMESPACE_VARIABLE
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import Clock, CommandRequest, CommandResponse
 

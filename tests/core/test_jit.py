@@ -4,6 +4,7 @@ import gc
 import math
 import os
 import resource
+import shutil
 import struct
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from kernels import link
 from touchline.core import kernel_store
 from touchline.core.arrays import ascending, copy, least
 from touchline.core.jit import borrowing, kernel, kernel_of_class
@@ -239,6 +241,34 @@ def test_an_edit_compiles_again_what_depends_on_it_and_damage_too_and_nothing_el
     for code in tmp_path.rglob("*.o"):
         code.write_bytes(code.read_bytes()[:20])
     assert _scaled(tmp_path, factor=2) == "42 True"
+
+
+IN_LIBRARY = """
+import sys
+from pathlib import Path
+from touchline.core import kernel_code, kernel_store
+
+kernel_code.FOR_LIBRARY = "make" in sys.argv
+if not kernel_code.FOR_LIBRARY:
+    kernel_store._SHIPPED = Path("library")
+    sys.modules["numba"] = sys.modules["llvmlite"] = None
+"""
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="a library is linked by a C compiler")
+def test_a_library_of_kernels_is_used_without_numba_and_llvm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "numbers_of.py").write_text("FACTOR = 2\n")
+    (tmp_path / "script.py").write_text(IN_LIBRARY + SCRIPT)
+    (tmp_path / "library").mkdir()
+    command = [sys.executable, "-B", "script.py"]
+    subprocess.run([*command, "make"], cwd=tmp_path, check=True)
+    link(list(kernel_store.cache_folder().glob("*.o")), tmp_path / "library")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout.split()[0] == "42"
+    (tmp_path / "numbers_of.py").write_text("FACTOR = 3\n")  # other text: the library has no code for it
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and "numba" in done.stderr
 
 
 def test_processes_that_want_the_same_code_compile_it_once(tmp_path: Path) -> None:

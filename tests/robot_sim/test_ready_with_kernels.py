@@ -17,6 +17,7 @@ LINES = {
         {"id": "a", "line": {"start": (0, 0), "end": (4, 0)}},
         {"id": "b", "line": {"start": (4, 0), "end": (4, 3)}},
     ],
+    "boundary": {"corners": [(-9, -9), (9, -9), (9, 9), (-9, 9)]},
 }
 AREA = {"name": "lawn", "areas": [{"id": "lawn", "outline": [(0, 0), (12, 0), (12, 12), (0, 12)]}]}
 

@@ -1,12 +1,9 @@
 """A file's problems are all told at once, with the name that was probably meant."""
 
 import json
-import tomllib
-from pathlib import Path
 
 import pytest
 
-from touchline.schemas import optional_packages
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import MOST_OTHERS, SpecError
 from touchline.schemas.near_names import did_you_mean
@@ -55,12 +52,3 @@ def test_a_file_of_hundreds_of_problems_shows_the_first_ones():
     lines = problems(Scenario, {f"unknown_{number}": 1 for number in range(300)})
     assert len(lines) == MOST_OTHERS + 2
     assert lines[-1] == f"a.json: {300 - MOST_OTHERS - 1} more problems"
-
-
-def test_optional_packages_are_those_of_the_extras():
-    project = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))["project"]
-    extras = project["optional-dependencies"]
-    declared = {
-        f"'{each}'" for name in ("sweep", "pandas", "polars", "parquet", "import", "foxglove") for each in extras[name]
-    } | set(extras["research"])
-    assert set(optional_packages._PACKAGES.values()) == declared

@@ -14,7 +14,6 @@ import pytest
 from tests.meeting import eventually
 from tests.system.commands import figures, start_touchline, touchline_here
 from touchline.bus import Bus, BusConfig
-from touchline.bus.config import NAMESPACE_VARIABLE
 from touchline.bus.ports import free_port
 from touchline.jobs.single.recorded_paint import read_painted
 from touchline.jobs.single.simulation import Job, Products, simulate
@@ -23,6 +22,7 @@ from touchline.recordings.compare import compare
 from touchline.recordings.reader import RecordingReader
 from touchline.recordings.recording_file import RecordingError
 from touchline.schemas import topics
+from touchline.schemas.bus_variables import NAMESPACE_VARIABLE
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import SpecError
 from touchline.schemas.fleet import Fleet

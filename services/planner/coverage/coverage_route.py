@@ -7,6 +7,7 @@ from itertools import groupby, pairwise
 
 import shapely
 
+from touchline.core.plain_sum import plain_sum
 from touchline.services.planner.coverage.coverage_machine import CoverageMachine
 from touchline.services.planner.geometry.clothoid import PiecePath
 
@@ -60,7 +61,7 @@ class CoverageRoute:
     @property
     def length_m(self) -> float:
         """Length of the whole route (m)."""
-        return sum(piece.path.length_m for piece in self.pieces)
+        return plain_sum(piece.path.length_m for piece in self.pieces)
 
     @property
     def cusps(self) -> int:

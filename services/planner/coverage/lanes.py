@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
+from touchline.core.plain_sum import plain_sum
 from touchline.core.robust_overlay import intersection
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
@@ -54,7 +55,7 @@ def lane_angle(rest: Area, pitch_m: float) -> float:
 
 def _price_m(rest: Area, angle_rad: float, pitch_m: float) -> float:
     rows = list(_rows(_frame(rest, -angle_rad), pitch_m))
-    return sum(b - a + TURN_M for _, _, extents in rows for a, b in extents)
+    return plain_sum(b - a + TURN_M for _, _, extents in rows for a, b in extents)
 
 
 def lanes(

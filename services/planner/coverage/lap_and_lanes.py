@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from touchline.core.plain_sum import plain_sum
 from touchline.core.robust_overlay import as_area, buffer, intersection
 from touchline.core.tool_reach import reachable
 from touchline.schemas.errors import PlanningError
@@ -168,7 +169,7 @@ class _Covering:
         driven = zip(self.chain.strokes, self.chain.paths(), strict=True)
         needless = [stroke for stroke, (worked, _) in driven if worked is None and stroke in self.opposite]
         if needless:
-            missed_m2 = sum(self.covered.add(stroke.part(0.0, stroke.length_m), 0) for stroke in needless)
+            missed_m2 = plain_sum(self.covered.add(stroke.part(0.0, stroke.length_m), 0) for stroke in needless)
             others = f"turns and other straights cover what they would, but for {missed_m2:.1f} m² at most"
             yield f"left out, as {others}: {'; '.join(stroke.label for stroke in needless)}"
         wanted = self.covered.wanted_m2

@@ -7,6 +7,7 @@ import numpy as np
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
+from touchline.services.planner.coverage.kernels.patch_labels import label_patches
 from touchline.services.planner.coverage.kernels.turn_pieces import words_s
 from touchline.services.planner.coverage.stroke_chain import StrokeChain
 from touchline.services.planner.coverage.stroke_transition import ZONE_M
@@ -24,16 +25,13 @@ BEYOND_M, GAP_M = 1.0, 14.0
 
 def patches(chain: StrokeChain) -> list[Floats]:
     """Cell centres (n, 2) of each missed patch that is large enough, the largest first."""
-    from scipy import ndimage
-
     grid = chain.finder.covered.grid
     missed = grid.wanted & (grid.passes == 0)
-    labels, count = ndimage.label(missed, np.ones((3, 3)))
     rows, columns = np.nonzero(missed)
-    which = labels[rows, columns]
+    which = label_patches(missed)[rows, columns]
     order = np.argsort(which, kind="stable")
     places = np.column_stack((grid.x_m + (columns + 0.5) * grid.cell_m, grid.y_m + (rows + 0.5) * grid.cell_m))[order]
-    parts = np.split(places, np.searchsorted(which[order], np.arange(2, count + 1)))
+    parts = np.split(places, np.searchsorted(which[order], np.arange(2, which.max(initial=0) + 1)))
     least_m2 = min(PATCH_MIN_M2, PATCH_SHARE * (2.0 * grid.half_width_m) ** 2)
     large = [part for part in parts if len(part) * grid.cell_m**2 >= least_m2]
     return sorted(large, key=len, reverse=True)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from touchline.core.plain_sum import plain_sum
 from touchline.schemas.curves import Curve, wrap_angle
 from touchline.schemas.messages import ActuatorExtremes, LinearDirection, PlanReport, Trajectory
 from touchline.schemas.vehicles import Vehicle
@@ -44,8 +45,8 @@ def measure(
         vehicle: Vehicle that drives it.
     """
     sections, at_work = worked.sections, [s for s in sent if s.worked]
-    paint_length = sum(s.end_m - s.start_m for s in at_work)
-    paint_time = sum(speeds.time_at(s.end_m) - speeds.time_at(s.start_m) for s in at_work)
+    paint_length = plain_sum(s.end_m - s.start_m for s in at_work)
+    paint_time = plain_sum(speeds.time_at(s.end_m) - speeds.time_at(s.start_m) for s in at_work)
     position_gap, heading_gap = gaps(trajectory)
     planned = planned_drive(vehicle)
     figures = extremes(sections, sent, speeds, vehicle, planned)

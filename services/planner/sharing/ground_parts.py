@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
+from touchline.core.plain_sum import plain_sum
 from touchline.core.robust_overlay import as_area, buffer, intersection
 from touchline.schemas.template import Area, Template
 from touchline.services.planner.coverage.shapes import Area as Ground
@@ -74,7 +75,7 @@ def wide_parts(ground: Ground, least_m: float) -> Ground:
 
 def size_m2(grounds: Grounds) -> float:
     """Total area (m²)."""
-    return sum(ground.area for ground in grounds.values())
+    return plain_sum(ground.area for ground in grounds.values())
 
 
 def share_template(template: Template, grounds: Grounds) -> Template:

@@ -12,6 +12,7 @@ from itertools import islice, pairwise
 
 import numpy as np
 
+from touchline.core.plain_sum import plain_sum
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import Template
 from touchline.services.planner.plan_task import PlanTask
@@ -95,7 +96,7 @@ def _cost_s(work: Workload, owner: Sequence[int]) -> float:
     robot = np.array(owner)
     apart = robot[:, None] != robot[None, :]
     longest = float(np.linalg.norm(seconds, ord=LONGEST))
-    return longest + ALL_SHARE * sum(seconds) + NEAR_S * 0.5 * float(np.count_nonzero(work.near & apart))
+    return longest + ALL_SHARE * plain_sum(seconds) + NEAR_S * 0.5 * float(np.count_nonzero(work.near & apart))
 
 
 def _beginnings(work: Workload, robots: int) -> Iterator[tuple[int, ...]]:

@@ -7,6 +7,7 @@ Source: Fraichard and Scheuer, "From Reeds and Shepp's to continuous-curvature p
 import math
 from typing import Protocol
 
+from touchline.core.plain_sum import plain_sum
 from touchline.services.planner.geometry.clothoid import UNIT_PANEL, Piece
 
 # Above this deflection at the tightest clothoid pair a CC turn is no longer regular (the pair winds round itself).
@@ -88,5 +89,5 @@ class ContinuousTurn:
     def _partial_spiral_length(self, deflection_rad: float) -> float:
         # The chord of the pair, 2·l·∫₀¹ cos(δ(1 − t²)/2) dt, equals the chord 2·R·sin(δ/2 + μ) of the turning circle.
         half = 0.5 * deflection_rad
-        unit_chord = sum(weight * math.cos(half * (1.0 - t * t)) for t, weight in UNIT_PANEL)
+        unit_chord = plain_sum(weight * math.cos(half * (1.0 - t * t)) for t, weight in UNIT_PANEL)
         return self.radius * math.sin(half + self.crossing_angle) / unit_chord

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from touchline.core.angles import TAU
+from touchline.core.plain_sum import plain_sum
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, joined
 from touchline.services.planner.steering.turns import Turn
 
@@ -36,7 +37,7 @@ class Word(NamedTuple):
 
     def length(self, turn: Turn) -> float:
         """Length of the whole word (m)."""
-        return sum(a if c == "S" else turn.length(a) for c, a in zip(self.letters, self.amounts, strict=True))
+        return plain_sum(a if c == "S" else turn.length(a) for c, a in zip(self.letters, self.amounts, strict=True))
 
     def pieces(self, turn: Turn) -> tuple[Piece, ...]:
         """Pieces of the word, in driving order."""

@@ -13,6 +13,7 @@ from itertools import islice, pairwise
 
 import numpy as np
 
+from touchline.core.plain_sum import plain_sum
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
@@ -66,7 +67,7 @@ class Swath:
     @property
     def length_m(self) -> float:
         """Length of the robot's path (m)."""
-        return sum(path.length_m for path in self.paths)
+        return plain_sum(path.length_m for path in self.paths)
 
     @property
     def seconds(self) -> float:
@@ -133,7 +134,7 @@ class Painting:
                 x, y, heading, _ = stroke.robot.at(halves[k])
                 begin = before(PathPose(float(x), float(y), float(heading)), pieces[:1])
             paths.append(PiecePath(begin, pieces))
-        length = sum(stroke.robot.length_m for stroke in strokes)
+        length = plain_sum(stroke.robot.length_m for stroke in strokes)
         speeds = [*map(self.stroke_mps, strokes), *(self.joint_mps(a, b) for a, b in pairwise(strokes))]
         if self.valve_s:
             speeds.append(length / (VALVE_SPARE * self.valve_s))

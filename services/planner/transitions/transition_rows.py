@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from touchline.core.plain_sum import plain_sum
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.circles import LIMIT, circle
@@ -54,6 +55,6 @@ def _lead_row(
         lead = lead._replace(pieces=words.lead_out(lead.curvature_1pm), curvature_1pm=0.0)
     pose = PiecePath(ORIGIN, lead.pieces).end if leaving else before(ORIGIN, from_goal(lead).pieces)
     bend: Piece | None = next((p for p in lead.pieces if p.sharpness_1pm2), None)
-    straight = sum(p.length_m for p in lead.pieces if not p.sharpness_1pm2)
+    straight = plain_sum(p.length_m for p in lead.pieces if not p.sharpness_1pm2)
     painted, sharpness = (bend.curvature_1pm, abs(bend.sharpness_1pm2)) if bend else (0.0, 1.0)
     return *pose, lead.curvature_1pm, transitions.speed_mps(end), painted, sharpness, straight

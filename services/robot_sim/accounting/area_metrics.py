@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from touchline.core.missed_patches import Patch, patches
+from touchline.core.plain_sum import plain_sum
 from touchline.core.robust_overlay import buffer, difference, intersection, union
 from touchline.core.tool_reach import free_ground, reachable
 from touchline.schemas.template import Template
@@ -114,7 +115,7 @@ def area_metrics(account: AreaAccount, ledger: PaintLedger, track: Track) -> Are
         missed=patches(difference(area, swept)),
         body_outside_m=body_outside_m(track.rows, vehicle.body.footprint_m, template),
         lateral=lateral_error(off_path_m(looked_at, path)),
-        distance_m=sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes),
+        distance_m=plain_sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes),
     )
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.plain_sum import plain_sum
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.paint_areas import paint_areas
 from touchline.services.robot_sim.paint.segment_metrics import LateralError, SegmentMetrics
@@ -58,7 +59,7 @@ def paint_metrics(ledger: PaintLedger) -> PaintMetrics:
             ledger.targets, ledger.covered_by_target_m.tolist(), within, drawn, areas.lines, parts, strict=False
         )
     ]
-    painted = sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes)
+    painted = plain_sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes)
     within_pct = _share_pct(math.fsum(within), ledger.length_m)
     return PaintMetrics(
         coverage_pct=ledger.coverage_pct,

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator
 from itertools import islice
 from typing import Final, NamedTuple
 
+from touchline.core.plain_sum import plain_sum
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Actuation, CurveType, LinearDirection, Segment, Trajectory
 from touchline.schemas.swath_ids import area_id_of, line_id_of
@@ -130,5 +131,5 @@ def start_pose(trajectory: Trajectory) -> tuple[float, float, float]:
             curve = Curve.from_message(segment.curve)
             backward = segment.direction.value == LinearDirection.BACKWARD
             return curve.x_m, curve.y_m, curve.heading_rad + (math.pi if backward else 0.0) - turned
-        turned += sum(arc.sweep_angle for arc in segment.curve.arc)
+        turned += plain_sum(arc.sweep_angle for arc in segment.curve.arc)
     raise ValueError("it has no segment of any length")

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
+from touchline.core.plain_sum import plain_sum
 from touchline.services.robot_sim.paint.segment_metrics import SegmentMetrics
 
 REQUIRED_PCT: Final = 99.0
@@ -37,7 +38,7 @@ def verdict(lines: Sequence[SegmentMetrics], within_pct: float, tolerance_m: flo
     """
     if not lines:
         return Verdict(True, "there are no lines to paint")
-    length_m = sum(line.length_m for line in lines)
+    length_m = plain_sum(line.length_m for line in lines)
     least_m = VALVE_LACKS_M * len(lines)
     allowed_m = max(least_m, (1.0 - REQUIRED_PCT / 100.0) * length_m)
     required = f"{REQUIRED_PCT:g} %" if allowed_m > least_m else f"all but {allowed_m:.3f} m of {length_m:.2f} m"

@@ -9,10 +9,11 @@ import zenoh
 from zenoh import handlers
 
 from touchline.bus.calls import Server
-from touchline.bus.config import ENDPOINT_VARIABLE, NAMESPACE_VARIABLE, BusConfig
+from touchline.bus.config import BusConfig
 from touchline.bus.presence import all_tokens, parse_token, token_prefix
 from touchline.bus.publisher import Publisher
 from touchline.schemas import topics
+from touchline.schemas.bus_variables import ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.messages import (

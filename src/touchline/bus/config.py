@@ -11,6 +11,7 @@ import zenoh
 from zenoh import Config
 
 from touchline.bus.remote_access import endpoints
+from touchline.schemas.bus_variables import CONFIG_VARIABLE, ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES
 from touchline.schemas.errors import SpecError
 from touchline.schemas.topics import DEFAULT_NAMESPACE, NAMESPACE_RULE, ROBOT_SIM, is_namespace
@@ -34,10 +35,6 @@ _OF_ROUTERS = (
 )
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7461"
-
-ENDPOINT_VARIABLE = "TOUCHLINE_ENDPOINT"
-NAMESPACE_VARIABLE = "TOUCHLINE_NAMESPACE"
-CONFIG_VARIABLE = "TOUCHLINE_ZENOH_CONFIG"
 
 
 @dataclass(frozen=True)

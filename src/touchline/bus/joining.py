@@ -13,8 +13,9 @@ from typing import Final
 
 import zenoh
 
-from touchline.bus.config import ENDPOINT_VARIABLE, BusConfig
+from touchline.bus.config import BusConfig
 from touchline.bus.remote_access import beyond_loopback, endpoints, is_loopback, split
+from touchline.schemas.bus_variables import ENDPOINT_VARIABLE
 from touchline.schemas.errors import TouchlineError
 
 _LOG: Final = logging.getLogger(__name__)

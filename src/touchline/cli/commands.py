@@ -6,7 +6,7 @@ import os
 import sys
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module
 
 import typer
@@ -16,7 +16,7 @@ from touchline.cli.groups import in_panel
 from touchline.cli.options import ExitCode
 from touchline.cli.overview import PANELS, bare
 from touchline.cli.settings_file import PREFIX, command_of, defaults_for, settings
-from touchline.schemas.errors import TouchlineError
+from touchline.schemas.errors import MissingExtra, TouchlineError
 from touchline.schemas.plain_text import plain_lines
 from touchline.schemas.plugin_packages import blamed
 
@@ -26,15 +26,21 @@ def command_line(asked: str | None = None) -> typer.Typer:
 
     Args:
         asked: The subcommand to run: only its module is loaded, since importing all takes longer than most need to
-            run. None or an unknown name loads all.
+            run. None or an unknown name loads all whose packages are installed.
+
+    Raises:
+        MissingExtra: The subcommand needs packages that are not installed.
     """
     app = bare()
     known = asked == "--version" or any(asked in names for modules in PANELS.values() for names in modules.values())
     for panel, modules in PANELS.items():
         for module, names in modules.items():
-            if not known or asked in names:
+            if asked in names:
                 import_module(f"touchline.cli.{module}").register(app)
-                in_panel(app, panel)
+            elif not known:
+                with suppress(MissingExtra):
+                    import_module(f"touchline.cli.{module}").register(app)
+            in_panel(app, panel)
     return app
 
 

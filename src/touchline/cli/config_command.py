@@ -7,10 +7,10 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from touchline.bus.config import CONFIG_VARIABLE, ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
 from touchline.cli.display import print_json, print_line, print_table
 from touchline.cli.options import JsonOption
 from touchline.cli.settings_file import SetOption, set_options
+from touchline.schemas.bus_variables import CONFIG_VARIABLE, ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
 
 #: Variables that are no option of a subcommand.
 _OF_THE_BUS = (ENDPOINT_VARIABLE, NAMESPACE_VARIABLE, CONFIG_VARIABLE)

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.util import find_spec
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ from rich.table import Table
 
 from touchline.cli.display import print_json, print_table
 from touchline.cli.options import ExitCode, JsonOption
-from touchline.schemas.errors import TouchlineError
+from touchline.schemas.errors import MissingExtra, TouchlineError
 
 _LEAST_FREE_BYTES = 1_000_000_000
 _LEAST_CLOCK_S = 1_700_000_000.0
@@ -42,6 +43,8 @@ def doctor(*, as_json: JsonOption = False) -> None:
     for check in (_versions, _packages, _kernels, _folders, _bus, _systems, _clock):
         try:
             found += check()
+        except MissingExtra as error:
+            found.append(Finding(check.__name__.strip("_"), f"not looked at: {error}"))
         except TouchlineError as error:
             found.append(Finding(check.__name__.strip("_"), "cannot be checked", str(error)))
     if as_json:
@@ -66,32 +69,34 @@ def _versions() -> Iterator[Finding]:
 
 
 def _packages() -> Iterator[Finding]:
-    """Every required package, in a version that Touchline allows."""
+    """Every required package, and those of extras that are installed, in a version that Touchline allows."""
     from packaging.requirements import Requirement
 
     problems = []
-    needed = [Requirement(text) for text in requires("touchline") or ()]
-    needed = [each for each in needed if each.marker is None or each.marker.evaluate({"extra": ""})]
-    for each in needed:
+    counted = 0
+    for each in map(Requirement, requires("touchline") or ()):
         try:
             here = version(each.name)
         except PackageNotFoundError:
-            problems.append(Finding(each.name, "is not installed", f"pip install '{each}'"))
+            if each.marker is None or each.marker.evaluate({"extra": ""}):
+                problems.append(Finding(each.name, "is not installed", f"pip install '{each}'"))
             continue
+        counted += 1
         if not each.specifier.contains(here, prereleases=True):
-            problems.append(Finding(each.name, f"is {here}, not {each.specifier}", f"pip install '{each}'"))
-    yield from problems or [Finding("packages", f"all {len(needed)} in versions that are allowed")]
+            wanted = f"{each.name}{each.specifier}"
+            problems.append(Finding(each.name, f"is {here}, not {each.specifier}", f"pip install '{wanted}'"))
+    yield from problems or [Finding("packages", f"all {counted} in versions that are allowed")]
 
 
 def _kernels() -> Iterator[Finding]:
-    from touchline.core.kernel_store import cache_folder, shipped_count
+    from touchline.core.kernel_store import cache_folder, shipped
 
     folder = cache_folder()
     files = list(folder.glob("*.o")) if folder.is_dir() else []
     size = sum(file.stat().st_size for file in files)
-    shipped = shipped_count()
-    state = f"{shipped} came with the package, {len(files)} compiled here ({size / 1e6:.0f} MB in {folder})"
-    wanting = not shipped and not files
+    brought = len(shipped()["results"])
+    state = f"{brought} came with the package, {len(files)} compiled here ({size / 1e6:.0f} MB in {folder})"
+    wanting = not brought and not files and find_spec("numba") is not None
     yield Finding("kernels", state, "the first start compiles for minutes; `make kernels` does it beforehand" * wanting)
 
 

@@ -14,6 +14,7 @@ from touchline.cli.table_choice import TableChoice
 from touchline.recordings.writing import check_recordable, check_writable, write_text
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Event
+from touchline.schemas.optional_packages import require
 
 
 def register(app: typer.Typer) -> None:
@@ -49,6 +50,8 @@ def export(
     if geojson is None and viewer is None and not tables.asked:
         remedy = "give --csv, --parquet, --geojson or --viewer"
         raise SpecError("command line", "--csv", "is missing", remedy)
+    if viewer is not None:
+        require("shapely", "--viewer")
     written: dict[str, int] = {}
     problem = tables.write(file, written) if tables.asked else ""
     if geojson is not None:

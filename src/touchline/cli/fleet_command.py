@@ -9,7 +9,6 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from touchline.bus import Bus
 from touchline.cli.display import print_json, print_line, progress_bar, say
 from touchline.cli.garbage import without_collecting
 from touchline.cli.groups import with_groups
@@ -31,8 +30,6 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.spec import EVERY_FIELD, read_text
 from touchline.schemas.team import MOST_ROBOTS, TeamScenario
 from touchline.schemas.topics import TEAM_NAMESPACE, Service
-from touchline.supervision.running_system import only_one
-from touchline.supervision.temporary_system import ProcessOptions, local_system
 
 _TASK_S: Final = 120.0
 """Timeout, s: robots that were never guided first compile what guiding needs."""
@@ -132,6 +129,8 @@ def run(
     """
     from touchline.coordination.start_poses import free_area, start_poses
     from touchline.jobs.team.team_on_bus import TeamOnBus
+    from touchline.supervision.running_system import only_one
+    from touchline.supervision.temporary_system import ProcessOptions, local_system
 
     check_recordable(record)
     chosen = choice.chosen(robots, seed)
@@ -234,6 +233,8 @@ def admit(name: RobotArgument, robot: TeamNameOption = TEAM_NAMESPACE, as_json: 
 
 def _ask(service: Service[Any, Any], request: Message, timeout_s: float, team_name: str, as_json: bool) -> None:
     """Call a team's coordinator and print its answer; the exit code shows whether it is a success."""
+    from touchline.bus import Bus
+
     with Bus.open(topics.OPERATOR, config_of(team_name)) as bus:
         response = bus.call(service, request, timeout_s)
     if as_json:

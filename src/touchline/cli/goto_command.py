@@ -5,13 +5,12 @@ import sys
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
 from pydantic import ValidationError
 
-from touchline.bus import Bus, BusConfig
 from touchline.cli.choices import SetupChoice, check_follower
 from touchline.cli.display import print_event, progress_bar
 from touchline.cli.groups import with_groups
@@ -20,8 +19,6 @@ from touchline.cli.number_list import numbers_of
 from touchline.cli.options import ExitCode, JsonOption, ReportOption, RobotOption, config_of
 from touchline.cli.output_choice import deliver
 from touchline.cli.plugin_option import PluginOption
-from touchline.cli.run_command import watch_robot
-from touchline.jobs.goal.goal_on_bus import GoalOnBus
 from touchline.jobs.watcher import JobFailed
 from touchline.recordings.writing import check_recordable, check_writable
 from touchline.schemas import topics
@@ -32,6 +29,9 @@ from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import problems_of
+
+if TYPE_CHECKING:  # an emulated robot is driven without Zenoh
+    from touchline.bus import BusConfig
 
 
 def register(app: typer.Typer) -> None:
@@ -141,12 +141,16 @@ def emulated(setup: Setup, goal: GoalChoice, hashed: bool, record: Path | None) 
     }
 
 
-def on_bus(config: BusConfig, goal: GoalChoice) -> dict[str, Any]:
+def on_bus(config: "BusConfig", goal: GoalChoice) -> dict[str, Any]:
     """Drive the robot on the bus to the goal; return whether it arrived, or why not.
 
     Raises:
         CallError: There is no such robot.
     """
+    from touchline.bus import Bus
+    from touchline.cli.run_command import watch_robot
+    from touchline.jobs.goal.goal_on_bus import GoalOnBus
+
     with Bus.open(topics.OPERATOR, config) as bus, progress_bar(f"Touchline, {config.namespace}") as advance:
         terminal = Terminal(advance, partial(watch_robot, bus.presence(), config.namespace))
         try:

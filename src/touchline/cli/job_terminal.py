@@ -2,11 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from touchline.cli.display import Advance, print_event
 from touchline.jobs.watcher import JobFailed
 from touchline.schemas import topics
-from touchline.supervision.temporary_system import LocalSystem, severity_of
+
+if TYPE_CHECKING:
+    from touchline.supervision.temporary_system import LocalSystem
 
 
 @dataclass
@@ -44,22 +47,26 @@ class Terminal:
         self.watch()
 
 
-def watch_system(system: LocalSystem) -> None:
+def watch_system(system: "LocalSystem") -> None:
     """Report changes of the services of a job.
 
     Raises:
         JobFailed: The robot's process has died.
     """
+    from touchline.supervision.temporary_system import severity_of
+
     for notice in system.poll():
         print_event(severity_of(notice), f"supervisor: {notice.text}")
         if notice.node == topics.ROBOT_SIM and notice.kind in ("died", "hung"):
             raise JobFailed(f"{notice.text}; its traversal is lost, what was recorded until then is kept")
 
 
-def watch_team(system: LocalSystem) -> None:
+def watch_team(system: "LocalSystem") -> None:
     """Report changes of the services of a job in which each robot has its own process.
 
     The other robots learn of a death on the bus.
     """
+    from touchline.supervision.temporary_system import severity_of
+
     for notice in system.poll():
         print_event(severity_of(notice), f"supervisor: {notice.text}")

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from touchline.bus import Bus
 from touchline.cli.display import print_event
 from touchline.cli.options import config_of
 from touchline.schemas import topics
@@ -47,6 +46,7 @@ def message_source(given: Sequence[str], robot: str | None, seconds: float) -> I
         if recorded.summary.problem:
             print_event(Event.WARN, f"{given[0]}: {recorded.summary.problem}")
         return
+    from touchline.bus import Bus
     from touchline.cli.live_messages import live_messages
 
     end_s = time.monotonic() + seconds if seconds else float("inf")

@@ -2,12 +2,15 @@
 
 from enum import IntEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from touchline.bus import BusConfig
 from touchline.schemas.errors import SpecError
+from touchline.schemas.optional_packages import require
+
+if TYPE_CHECKING:
+    from touchline.bus import BusConfig
 
 PLOT_ENDINGS = (".svg", ".png")
 
@@ -98,19 +101,25 @@ def speed_factor(text: str, option: str = "--speed") -> float:
 
 
 def check_plot(path: Path | None, option: str = "--plot") -> None:
-    """Refuse a picture format that cannot be drawn, before any work is done.
+    """Refuse a picture that cannot be drawn, before any work is done.
 
     Raises:
         SpecError: The file's ending is not supported.
+        MissingExtra: Matplotlib is not installed.
     """
-    if path is not None and path.suffix not in PLOT_ENDINGS:
+    if path is None:
+        return
+    if path.suffix not in PLOT_ENDINGS:
         raise SpecError("command line", option, f"ends in {path.suffix!r}", f"use {' or '.join(PLOT_ENDINGS)}")
+    require("matplotlib", option)
 
 
-def config_of(robot: str | None) -> BusConfig:
+def config_of(robot: str | None) -> "BusConfig":
     """Return the bus configuration for the named robot, or else the environment's.
 
     Raises:
         SpecError: The name or the environment is not usable.
     """
+    from touchline.bus import BusConfig
+
     return BusConfig.from_environment([robot] if robot is not None else ())

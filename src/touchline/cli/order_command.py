@@ -5,14 +5,12 @@ import uuid
 from collections.abc import Iterable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich import box
 from rich.table import Column, Table
 
-from touchline.bus import Bus, BusConfig, UrgentOrder, repeat_until_acknowledged
-from touchline.bus.config import named_robots
 from touchline.cli.display import print_json, print_table
 from touchline.cli.fault_kinds import print_fault_kinds
 from touchline.cli.options import ExitCode, JsonOption, RobotOption, config_of
@@ -32,6 +30,9 @@ from touchline.schemas.plain_text import plain
 from touchline.schemas.spec import read_text
 from touchline.schemas.topics import Service
 from touchline.supervision.priority import FIRST, run_at
+
+if TYPE_CHECKING:  # topics and kinds of faults are listed without Zenoh
+    from touchline.bus import BusConfig
 
 OrderName = Literal[
     "start", "pause", "resume", "go-on", "abort", "estop", "reset", "refill", "replace-battery", "take-over", "remove"
@@ -89,6 +90,9 @@ def order(
     remaining work, remove reports that it has been taken off the ground. Orders that stop a robot are repeated until
     they are acknowledged; standard error shows while they are not.
     """
+    from touchline.bus import BusConfig, UrgentOrder, repeat_until_acknowledged
+    from touchline.bus.config import named_robots
+
     config = BusConfig.from_environment(robot or ())
     if what == _GO_ON:
         _print_answers(_continue_jobs(config), what, config, as_json)
@@ -105,15 +109,19 @@ def order(
 
 
 def _send(
-    service: Service[CommandRequest, CommandResponse], request: CommandRequest, config: BusConfig
+    service: Service[CommandRequest, CommandResponse], request: CommandRequest, config: "BusConfig"
 ) -> Iterator[tuple[str, CommandResponse]]:
+    from touchline.bus import Bus
+
     with Bus.open_all(topics.OPERATOR, config) as buses:
         for bus in buses:
             yield bus.namespace, bus.call(service, request)
 
 
-def _continue_jobs(config: BusConfig) -> Iterator[tuple[str, CommandResponse]]:
+def _continue_jobs(config: "BusConfig") -> Iterator[tuple[str, CommandResponse]]:
     """Load the job of each robot's journal, and start it."""
+    from touchline.bus import Bus
+
     with Bus.open_all(topics.OPERATOR, config) as buses:
         for bus in buses:
             loaded = bus.call(topics.LOAD, LoadRequest(request_id=uuid.uuid4().hex, resume=True), _LOAD_TIMEOUT_S)
@@ -144,6 +152,8 @@ def fault(
         return
     if what is None:
         raise SpecError("fault", "", "is missing", "give one, or --list for the kinds that there are")
+    from touchline.bus import Bus
+
     config = config_of(robot)
     text = what if what.lstrip().startswith("{") else read_text(Path(what))
     parse_fault(text)  # an invalid fault is refused here, whether or not a robot is there
@@ -157,7 +167,7 @@ def _print_unacknowledged(what: str, problem: str) -> None:
 
 
 def _print_answers(
-    answers: Iterable[tuple[str, CommandResponse | InjectFaultResponse]], what: str, config: BusConfig, as_json: bool
+    answers: Iterable[tuple[str, CommandResponse | InjectFaultResponse]], what: str, config: "BusConfig", as_json: bool
 ) -> None:
     """Print each answer as it comes."""
     refused = False

@@ -20,8 +20,6 @@ from touchline.schemas.messages import Event, PlanOptions
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.supervision.running_system import only_one
-from touchline.supervision.temporary_system import ProcessOptions, local_system
 
 if TYPE_CHECKING:
     from touchline.jobs.shared.shared_job import Progress, SharedJob
@@ -120,6 +118,8 @@ def run_team(template: Template, setup: Setup, options: PlanOptions, robots: int
     from touchline.jobs.shared.team_picture import draw_team
     from touchline.jobs.shared.team_report import bus_figures
     from touchline.jobs.shared.work_evaluation import evaluate_work
+    from touchline.supervision.running_system import only_one
+    from touchline.supervision.temporary_system import ProcessOptions, local_system
 
     setups = {f"r{number + 1}": setup.with_seed(setup.scenario.seed + number) for number in range(robots)}
     with progress_bar("Touchline") as advance:

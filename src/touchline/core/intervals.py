@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 
+from touchline.core.plain_sum import plain_sum
+
 
 class Intervals:
     """Union of closed intervals of the real line, independent of the order of additions."""
@@ -16,7 +18,7 @@ class Intervals:
     @property
     def length(self) -> float:
         """Total length of the set."""
-        return sum(end - start for start, end in zip(self._starts, self._ends, strict=True))
+        return plain_sum(end - start for start, end in zip(self._starts, self._ends, strict=True))
 
     def add(self, start: float, end: float) -> None:
         """Unite with [`start`, `end`]; `start` ≤ `end`."""

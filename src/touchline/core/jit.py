@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 from functools import update_wrapper
 from itertools import count
+from pathlib import Path
 from threading import Lock
 from types import MethodType
 from typing import Any
@@ -19,7 +20,7 @@ from touchline.core import kernel_store
 from touchline.core.compilations import compiling
 from touchline.core.kernel_arguments import Tree, UnsupportedArgumentError, makeup, tree_of, writeable
 from touchline.core.kernel_calls import MISS, Run, made_call
-from touchline.core.kernel_code import address_of, load, runner
+from touchline.core.kernel_code import load, runner
 from touchline.core.kernel_function import ClassFunction, KernelFunction
 from touchline.core.native_call import native_call, native_name
 
@@ -140,19 +141,21 @@ class Kernel(KernelFunction):
         name = kernel_store.name_of(self.py_func, trees)
         if name is None:  # nobody could find it again
             name = f"{self.py_func.__name__}-{next(_unnamed)}"
-            code, result = self._compiled(trees, name)
+            found: tuple[bytes | Path, Tree] = self._compiled(trees, name)
         else:
-            code, result = kernel_store.find(name) or self._compiled_and_kept(trees, name)
-        load(code, name)
-        return runner(name, locked=self.locked), trees, result, address_of(native_name(name))
+            found = kernel_store.find(name) or self._compiled_and_kept(trees, name)
+        code, result = found
+        address_of = load(code, name)
+        return runner(address_of(name), locked=self.locked), trees, result, address_of(native_name(name))
 
-    def _compiled_and_kept(self, trees: list[Tree], name: str) -> tuple[bytes, Tree]:
+    def _compiled_and_kept(self, trees: list[Tree], name: str) -> tuple[bytes | Path, Tree]:
         with kernel_store.compiling_alone(name):
             found = kernel_store.find(name)  # another process may have been at it
-            if found is None:
-                found = self._compiled(trees, name)
-                kernel_store.keep(name, *found)
-        return found
+            if found is not None:
+                return found
+            made = self._compiled(trees, name)
+            kernel_store.keep(name, *made)
+        return made
 
     def _compiled(self, trees: list[Tree], name: str) -> tuple[bytes, Tree]:
         from touchline.core.compiler import compile_code  # here: it brings Numba, which takes as long as a start

@@ -1,8 +1,8 @@
-"""Compiled kernels on disk: in the package, where a wheel brought them, or in `$XDG_CACHE_HOME/touchline/kernels`.
+"""Compiled kernels on disk: a library in the package, if a wheel brought it, and `$XDG_CACHE_HOME/touchline/kernels`.
 
-A file holds the code of one kernel for one set of argument types. Its name has a digest of both, of the text of the
-kernel's module and all that this imports, of Numba's version and of the kinds of processor and Python: nothing stale is
-ever run, and an edit compiles again only what depends on it.
+A file there holds the code of one kernel for one set of argument types. Its name, as that of a kernel in the library,
+has a digest of both, of the text of the kernel's module and all that this imports, of Numba's version and of the kinds
+of processor and Python: nothing stale is ever run, and an edit compiles again only what depends on it.
 """
 
 import fcntl
@@ -16,9 +16,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from importlib import import_module
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypedDict
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from touchline.core.native_call import LAYOUT
 
 #: Changes whenever files of the same name mean something else.
 _FORMAT: Final = 2
+#: The library of a wheel, and what is known of its kernels: `kernels.py` makes both.
+LIBRARY: Final = "kernels.so"
+CONTENTS: Final = "kernels.json"
 _SHIPPED: Final = Path(__file__).with_name("compiled")
 #: Code that nobody has used for so long is removed, and the oldest beyond so many bytes.
 _UNUSED_S: Final = 30 * 24 * 3600.0
@@ -42,9 +45,29 @@ def cache_folder() -> Path:
     return (Path(base) if base else Path.home() / ".cache") / "touchline" / "kernels"
 
 
-def shipped_count() -> int:
-    """Number of kernels whose code came with the package."""
-    return sum(1 for _ in _SHIPPED.glob("*.o"))
+class Contents(TypedDict):
+    """Contents of a library of kernels: the version of Numba that compiled them, and types of results by name."""
+
+    numba: str
+    results: dict[str, Any]
+
+
+@cache
+def shipped() -> Contents:
+    """Contents of the package's library; nothing if it has none."""
+    with suppress(OSError, ValueError):
+        contents: Contents = json.loads((_SHIPPED / CONTENTS).read_text(encoding="utf-8"))
+        return contents
+    return {"numba": "", "results": {}}
+
+
+@cache
+def numba_version() -> str:
+    """The version of Numba that compiles kernels, or compiled those of the library; empty without either."""
+    try:
+        return version("numba")
+    except PackageNotFoundError:
+        return shipped()["numba"]
 
 
 def name_of(function: Any, arguments: Sequence[Tree]) -> str | None:
@@ -59,13 +82,8 @@ def name_of(function: Any, arguments: Sequence[Tree]) -> str | None:
     digests = sorted({closure_digest(file) for file in files if file})
     module = "" if function.__module__ == "__main__" else function.__module__
     what = [module, function.__qualname__, function.__code__.co_firstlineno, *map(str, arguments), *digests]
-    digest = hashlib.blake2b(repr((_FORMAT, LAYOUT, _numba(), target(), what)).encode(), digest_size=12).hexdigest()
-    return f"{function.__name__}-{digest}"
-
-
-@cache
-def _numba() -> str:
-    return version("numba")
+    text = repr((_FORMAT, LAYOUT, numba_version(), target(), what))
+    return f"{function.__name__}-{hashlib.blake2b(text.encode(), digest_size=12).hexdigest()}"
 
 
 @cache
@@ -79,19 +97,31 @@ def _file(made: Any) -> str | None:
     return None
 
 
-def find(name: str) -> tuple[bytes, Tree] | None:
-    """The code of that name and the type of its result, if there is any."""
-    for folder in (_SHIPPED, cache_folder()):
-        file = folder / f"{name}.o"
-        with suppress(OSError, ValueError, AttributeError, ImportError):
-            head, code = file.read_bytes().split(b"\n", 1)
-            listed, digest = json.loads(head)
-            if digest != _digest(code):
-                continue
-            result = _tree(listed)
-            _mark_used(file)
-            return code, result
+def find(name: str) -> tuple[bytes | Path, Tree] | None:
+    """The code of that name, as `load` takes it, and the type of its result, if there is any."""
+    with suppress(KeyError, AttributeError, ImportError):
+        return _SHIPPED / LIBRARY, _tree(shipped()["results"][name])
+    file = cache_folder() / f"{name}.o"
+    with suppress(OSError, ValueError, AttributeError, ImportError):
+        listed, code = read(file)
+        result = _tree(listed)
+        _mark_used(file)
+        return code, result
     return None
+
+
+def read(file: Path) -> tuple[Any, bytes]:
+    """Read the type of the result, as JSON has it, and the code from a file of the cache.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It is damaged.
+    """
+    head, code = file.read_bytes().split(b"\n", 1)
+    listed, digest = json.loads(head)
+    if digest != _digest(code):
+        raise ValueError(file)
+    return listed, code
 
 
 def _mark_used(file: Path) -> None:

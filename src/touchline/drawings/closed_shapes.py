@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ValidationError
 
+from touchline.core.plain_sum import plain_sum
 from touchline.core.robust_overlay import (
     buffer,
     difference,
@@ -145,7 +146,7 @@ def _enclosed(source: str, outlines: Sequence[Outline]) -> "tuple[list[tuple[str
 def _same(first: "list[shapely.Polygon]", second: "list[shapely.Polygon]") -> bool:
 
     apart = symmetric_difference(union(first), union(second))
-    return bool(apart.area <= CHORD_M * sum(polygon.length for polygon in second))
+    return bool(apart.area <= CHORD_M * plain_sum(polygon.length for polygon in second))
 
 
 def _slack_m2(ring: "shapely.Polygon") -> float:

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import accumulate, cycle
 
+from touchline.core.plain_sum import plain_sum
 from touchline.drawings.fit import fit_outline
 from touchline.drawings.outline import Outline
 from touchline.drawings.outline_clipping import part_of
@@ -24,8 +25,8 @@ def dashed(outline: Outline, pattern_m: Sequence[float], offset_m: float) -> lis
         offset_m: Position in the pattern at which the line begins.
     """
     curves = fit_outline(outline)
-    length = sum(curve.length_m for curve in curves)
-    period = sum(pattern_m)
+    length = plain_sum(curve.length_m for curve in curves)
+    period = plain_sum(pattern_m)
     if length / period * len(pattern_m) > MOST_DASHES:
         return None
     found = []

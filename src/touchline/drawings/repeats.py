@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from touchline.core.plain_sum import plain_sum
 from touchline.drawings.detail import Detail
 from touchline.drawings.deviation import apart_m
 from touchline.schemas.curves import Curve
@@ -42,4 +43,4 @@ class Repeats:
 def _size(curves: Sequence[Curve]) -> tuple[float, ...]:
     """Bounding box of the curves' ends and middles, and their length, m."""
     points = np.concatenate([np.column_stack(c.at(np.array([0.0, 0.5, 1.0]) * c.length_m)[:2]) for c in curves])
-    return (*points.min(axis=0).tolist(), *points.max(axis=0).tolist(), sum(curve.length_m for curve in curves))
+    return (*points.min(axis=0).tolist(), *points.max(axis=0).tolist(), plain_sum(curve.length_m for curve in curves))

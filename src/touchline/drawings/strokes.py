@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from touchline.core.plain_sum import plain_sum
 from touchline.drawings.arc_columns import COINCIDENT_M
 from touchline.drawings.detail import Detail
 from touchline.drawings.deviation import distance_m, sampled
@@ -71,7 +72,7 @@ def _flattened(curve: Curve) -> Curve:
 
 def _reduced(drawn: list[Curve], exact: Sequence[bool], closed: bool, detail: Detail) -> tuple[StrokeKind, list[Curve]]:
     start, end = (drawn[0].x_m, drawn[0].y_m), drawn[-1].end[:2]
-    length = sum(curve.length_m for curve in drawn)
+    length = plain_sum(curve.length_m for curve in drawn)
     if length <= 4 * detail.feature_m:
         points = _points(drawn, POINTS)
         axis = _axis(points)
@@ -156,6 +157,6 @@ def _polyline(points: Floats) -> list[Curve]:
 
 def _points(curves: Sequence[Curve], count: int) -> Floats:
     """Roughly equidistant points (count or more, 2) along connected curves, joints included."""
-    length = sum(curve.length_m for curve in curves)
+    length = plain_sum(curve.length_m for curve in curves)
     parts = [sampled(curve, max(2, int(np.ceil(count * curve.length_m / length)) + 1)) for curve in curves]
     return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])

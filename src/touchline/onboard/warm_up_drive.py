@@ -33,6 +33,7 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
     onboard = Onboard(vehicle, config or OnboardConfig())
     course = onboard.prepare(straight(vehicle))
     taken_over_at(PlanPlace(course.plan, 0, 0.0), course.plan)  # as under way, where nothing may be compiled
+    course.fence.beyond_m(0.0, 0.0, 0.0)  # as where a template has a boundary
     onboard.take(course)
     onboard.start()
     encoders = (0.0,) * len(vehicle.drive.actuators)

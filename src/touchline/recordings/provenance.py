@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Mapping
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from typing import Final
 
+from touchline.core.kernel_store import numba_version
 from touchline.recordings.code_identity import code_digest, commit, own_version
 from touchline.schemas.plugin_packages import installed
 
 MADE_BY: Final = "touchline_made_by"
 """Name of the metadata record."""
-_PACKAGES: Final = ("numpy", "numba", "scipy", "shapely", "eclipse-zenoh", "mcap")
+_PACKAGES: Final = ("numpy", "scipy", "shapely", "eclipse-zenoh", "mcap")
 _PLUGIN: Final = "plugin "
 """Prefix of the keys of packages that offer plug-ins."""
 DECIDES: Final = ("numpy", "numba", "machine", "system", "libc")
@@ -20,7 +21,7 @@ DECIDES: Final = ("numpy", "numba", "machine", "system", "libc")
 
 
 def made_by() -> dict[str, str]:
-    """Return those of this process."""
+    """Return those of this process; packages that are not installed are left out."""
     own = {
         "python": platform.python_version(),
         "machine": platform.machine(),
@@ -29,7 +30,15 @@ def made_by() -> dict[str, str]:
     }
     code = {"touchline": own_version(), "commit": commit(), "code": code_digest()}
     plugins = {f"{_PLUGIN}{name}": number for name, number in installed().items()}
-    return {name: version(name) for name in _PACKAGES} | code | own | plugins
+    packages = {name: _version(name) for name in _PACKAGES} | {"numba": numba_version()}
+    return {name: number for name, number in packages.items() if number} | code | own | plugins
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
 
 
 def other_code(then: Mapping[str, str]) -> str:
@@ -54,6 +63,5 @@ def other_plugins(then: Mapping[str, str]) -> list[str]:
 def other_platform(then: Mapping[str, str]) -> list[str]:
     """Return parts of the platform that decide on the last bits and differ here; all if they are not recorded."""
     now = made_by()
-    return [
-        f"{name} ({then.get(name, 'unknown')}, here {now[name]})" for name in DECIDES if then.get(name) != now[name]
-    ]
+    differing = [name for name in DECIDES if then.get(name) != now.get(name)]
+    return [f"{name} ({then.get(name, 'unknown')}, here {now.get(name, 'none')})" for name in differing]

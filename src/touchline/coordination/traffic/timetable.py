@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from touchline.coordination.traffic.conflicts import Conflict, TimedPath, conflicts
 from touchline.coordination.traffic.gates import Gate, gates
+from touchline.core.plain_sum import plain_sum
 
 ROUNDS: Final = 3
 """Rounds in which every decision is tried the other way round."""
@@ -140,4 +141,4 @@ def _run(paths: Sequence[TimedPath], offers: Sequence[dict[int, list[Gate] | Non
     ends = tuple(when(robot, np.inf) for robot in range(len(paths)))
     stuck = sum(len(gates_) - done for gates_, done in zip(todo, passed, strict=True))
     table = Timetable(tuple(sorted(all_gates)), tuple(map(tuple, delays)), ends)
-    return _Run(table, max(ends) + 0.01 * sum(ends) + _STUCK_S * stuck)
+    return _Run(table, max(ends) + 0.01 * plain_sum(ends) + _STUCK_S * stuck)

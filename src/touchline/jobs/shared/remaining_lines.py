@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Self
 
+from touchline.core.plain_sum import plain_sum
 from touchline.jobs.shared.assignment import AssignmentStatus
 from touchline.jobs.shared.remaining_work import Floats, Progress, RemainingWork, round_standing
 from touchline.jobs.shared.shared_job import SharedJob, share_job
@@ -38,7 +39,7 @@ class RemainingLines(RemainingWork):
     @property
     def length_m(self) -> float:
         """Total length, m."""
-        return sum(segment.curve().length_m for segment in self.segments)
+        return plain_sum(segment.curve().length_m for segment in self.segments)
 
     @property
     def figures(self) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from touchline.coordination.traffic.conflicts import TimedPath
 from touchline.coordination.traffic.timetable import Delay, Timetable, timetable
+from touchline.core.plain_sum import plain_sum
 from touchline.jobs.shared.timed_path import timed_path
 from touchline.jobs.single.reports import left_out_figures
 from touchline.onboard.trajectory.trajectory import load_trajectory
@@ -73,7 +74,7 @@ class SharedJob:
     @property
     def area_m2(self) -> float:
         """Total of the areas, which do not overlap, m²; 0 for lines."""
-        return sum(area.polygon.area for area in self.template.areas)
+        return plain_sum(area.polygon.area for area in self.template.areas)
 
     @property
     def wet_crossings(self) -> int:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from touchline.core.plain_sum import plain_sum
 from touchline.schemas.messages import (
     AreaReport,
     LeftOutStretch,
@@ -61,9 +62,9 @@ def plan_figures(report: PlanReport) -> dict[str, Any]:
 
 def planned_coverage_figures(areas: Sequence[PlannedCoverage]) -> dict[str, Any]:
     """Return a plan's coverage of its areas, all together."""
-    area_m2, covered_m2 = sum(each.area_m2 for each in areas), sum(each.covered_m2 for each in areas)
-    reachable_m2 = sum(each.reachable_m2 for each in areas)
-    reached_m2 = sum(0.01 * each.reachable_pct * each.reachable_m2 for each in areas)
+    area_m2, covered_m2 = plain_sum(each.area_m2 for each in areas), plain_sum(each.covered_m2 for each in areas)
+    reachable_m2 = plain_sum(each.reachable_m2 for each in areas)
+    reached_m2 = plain_sum(0.01 * each.reachable_pct * each.reachable_m2 for each in areas)
     return {
         "method": areas[0].method,
         "area_m2": area_m2,
@@ -71,7 +72,7 @@ def planned_coverage_figures(areas: Sequence[PlannedCoverage]) -> dict[str, Any]
         "coverage_pct": 100.0 * covered_m2 / area_m2,
         "of_reachable_pct": 100.0 * reached_m2 / reachable_m2 if reachable_m2 else 100.0,
         "reachable_m2": reachable_m2,
-        "overlap_m2": sum(each.overlap_m2 for each in areas),
+        "overlap_m2": plain_sum(each.overlap_m2 for each in areas),
         "body_outside_m": max(each.body_outside_m for each in areas),
         "lanes": sum(each.lanes for each in areas),
         "laps": sum(each.laps for each in areas),

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from touchline.core.plain_sum import plain_sum
+
 _BRIDGED_S: Final = 30.0  # outage over which the reported σ has to cover the error
 
 
@@ -17,8 +19,8 @@ def one_term(terms: tuple[tuple[float, float], ...]) -> tuple[float, float]:
     Args:
         terms: Standard deviation and time constant [s] of each.
     """
-    variance = sum(sigma**2 for sigma, _ in terms)
-    return variance, variance / sum(sigma**2 / tau for sigma, tau in terms)
+    variance = plain_sum(sigma**2 for sigma, _ in terms)
+    return variance, variance / plain_sum(sigma**2 / tau for sigma, tau in terms)
 
 
 def bridging_term(variance: float, tau_s: float, constant: float) -> tuple[float, float]:

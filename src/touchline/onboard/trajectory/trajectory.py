@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.plain_sum import plain_sum
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.interface import TICK_S, Checkpoint
 from touchline.onboard.trajectory.path import Leg, cut_path, pose_at
@@ -124,7 +125,7 @@ class LoadedTrajectory:
         ds = min(max(arc_length_m - begin_m, 0.0), span)
         squared = v_begin * v_begin + (v_end * v_end - v_begin * v_begin) * (ds / span if span > 0.0 else 0.0)
         pace = v_begin + math.sqrt(max(squared, 0.0))
-        turned_s = sum(turn.time_s for index, turn in self.turns.items() if index < leg)
+        turned_s = plain_sum(turn.time_s for index, turn in self.turns.items() if index < leg)
         return float(self.times_s[i] + (2.0 * ds / pace if pace > 0.0 else 0.0)) + turned_s
 
 
@@ -155,7 +156,7 @@ def load_trajectory(trajectory: Trajectory, vehicle: Vehicle) -> LoadedTrajector
     pace = speeds[1:, 1] + speeds[:-1, 1]
     times = np.concatenate(([0.0], np.cumsum(2.0 * np.diff(speeds[:, 0]) / np.where(pace > 0.0, pace, 1.0))))
     ids = [segment.id for segment in segments]
-    total_time_s = float(times[-1]) + sum(turn.time_s for turn in turns.values())
+    total_time_s = float(times[-1]) + plain_sum(turn.time_s for turn in turns.values())
     painted = painted_rows(path, switch_m, actuation)
     pieces = [np.ascontiguousarray(smooth_leg(path, leg, painted)) for leg in legs]
     return LoadedTrajectory(path, legs, pieces, turns, speeds, times, switch_m, actuation, ids, total, total_time_s)

@@ -6,11 +6,10 @@ import math
 import struct
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import numpy.typing as npt
-import shapely
 
 from touchline.schemas.cdr import encode
 from touchline.schemas.curves import Curve
@@ -26,6 +25,9 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.template import Position, Template
 from touchline.schemas.vehicles import Vehicle
+
+if TYPE_CHECKING:
+    import shapely  # needed only for what is filled or simplified
 
 Floats = npt.NDArray[np.float64]
 
@@ -78,6 +80,8 @@ def body_markers(vehicle: Vehicle, frame: str, *, true: bool = False) -> MarkerA
     color = _TRUE_BODY if true else _BODY
     drawn = [_strip("body", 0, _ring(outline, _BODY_Z_M), _OUTLINE_M, color, vehicle.name)]
     if not true:
+        import shapely
+
         drawn += [_fill("body", 1, shapely.Polygon(outline), color, vehicle.name), *_wheels(vehicle), _tool(vehicle)]
     header = Header(frame_id=frame)
     return MarkerArray(
@@ -113,6 +117,8 @@ def _strip(ns: str, number: int, points: tuple[Point, ...], width_m: float, colo
 
 def _fill(ns: str, number: int, polygon: shapely.Polygon, color: ColorRGBA, text: str) -> Marker:
     """Return a polygon with its holes as triangles."""
+    import shapely
+
     triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
     corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
     points, one = _points(corners, _FILL_Z_M), Vector3(x=1.0, y=1.0, z=1.0)
@@ -157,6 +163,8 @@ def simplified(points: Floats, tolerance_m: float) -> Floats:
     """Return those of points (n, 2) whose line is within the tolerance of the others (Douglas and Peucker 1973)."""
     if len(points) < 3:
         return points
+    import shapely
+
     return shapely.get_coordinates(shapely.simplify(shapely.LineString(points), tolerance_m, preserve_topology=False))
 
 
