@@ -6,7 +6,7 @@
 #
 # ```
 # python3 -m venv .venv
-# .venv/bin/pip install -c constraints.txt .
+# .venv/bin/pip install -c constraints.txt '.[standard]'
 # ```
 #
 # Then run the cells of this file in an editor or in Jupyter, or all of it at once:

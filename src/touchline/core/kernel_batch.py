@@ -8,12 +8,11 @@ import struct
 from functools import cache
 from typing import Any, Final
 
-import llvmlite.binding as llvm
 import numpy as np
 
 from touchline.core.jit import Kernel
 from touchline.core.kernel_arguments import FORMATS, ArrayType, RecordType, Tree, TupleType, tree_of, width
-from touchline.core.kernel_code import address_of, failure, load, target_machine
+from touchline.core.kernel_code import failure, load, target_machine
 
 _NAME: Final = "touchline_batch"
 _TEXT: Final = f"""
@@ -48,7 +47,9 @@ _Loop: Final = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_
 @cache
 def _loop() -> Any:
     """The function that calls code for each block; other threads go on meanwhile."""
-    load(target_machine().emit_object(llvm.parse_assembly(_TEXT)), _NAME)
+    import llvmlite.binding as llvm  # here: it takes as long as a start
+
+    address_of = load(target_machine().emit_object(llvm.parse_assembly(_TEXT)), _NAME)
     return _Loop(address_of(_NAME))
 
 
