@@ -75,7 +75,7 @@ def test_a_later_job_is_not_done_again_without_the_robots_state_at_its_begin(tmp
     day.job()
     told = [each for each in day.later(0) if each[0] is not topics.INITIAL_STATE]
     (verdict,) = check_recording(write(tmp_path / "second.mcap", told))
-    assert re.search(r"running for \d+ s of sim time before the recording begins", verdict.problem)
+    assert re.search(r"running for [\d.]+ s of sim time before the recording begins", verdict.problem)
 
 
 def test_other_remains_are_a_difference(resumed, monkeypatch):

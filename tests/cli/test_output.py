@@ -14,7 +14,7 @@ from touchline.schemas.messages import Event
 
 #: Services, the console, and commands whose output is JSON in any case.
 WITHOUT_JSON = {
-    *("planner", "bridge", "coordinator", "robot-sim", "tui", "up", "picture"),
+    *("planner", "bridge", "coordinator", "router", "robot-sim", "tui", "up", "picture"),
     *("vehicle", "onboard", "fleet team", "fleet robots", "templates text", "templates import"),
 }
 

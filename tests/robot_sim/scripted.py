@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from tests.two_wheels import STANDSTILL
+from touchline.onboard.control.follower import Asking
 from touchline.onboard.interface import (
     Command,
     Consistency,
@@ -105,7 +106,13 @@ class ScriptedOnboard:
     def link_lost(self):
         self.state = TraversalStatus.PAUSED
 
-    def step(self, frame: SensorFrame) -> Command:
+    follower = None
+
+    def perceive(self, frame: SensorFrame) -> None:
+        pass
+
+    def decide(self, _tick: int) -> Asking[Command]:
+        yield from ()  # asks nobody
         if self.state != TraversalStatus.RUNNING:
             return STANDSTILL
         command = self._script(self._played)
@@ -114,9 +121,6 @@ class ScriptedOnboard:
             self.state = TraversalStatus.DONE
             return STANDSTILL
         return command
-
-    def act(self, frame: SensorFrame) -> Command:
-        return self.step(frame)
 
     def take_events(self):
         events, self._events = self._events, []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks._invariants import Broken, Guarded, fault
+from touchline.onboard.control.follower import Asking, answered
 from touchline.onboard.executive.failsafe import Failsafe
 from touchline.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.onboard.executive.mission import Mission
@@ -19,12 +20,22 @@ from touchline.services.robot_sim.world.world import TruePose
 RUNNING = TraversalStatus.RUNNING
 
 
-def release(traversal: Traversal, time_s: float) -> Command:
+def release(traversal: Traversal, tick: int) -> Asking[Command]:
     """As `Traversal.step`, but the emergency stop does not latch."""
-    command = STEP(traversal, time_s)
+    command = yield from STEP(traversal, tick)
     if traversal.state == TraversalStatus.ESTOPPED:
         traversal.state = RUNNING
     return command
+
+
+def stop_gently(job: Mission) -> Command:
+    """As `Mission.rest`, for a follower that is asked at once."""
+    return answered(REST(job), job.driver._follower)
+
+
+def rest_spraying(job: Mission) -> Asking[Command]:
+    """As `Mission.rest`, with the valve open."""
+    return (yield from REST(job))._replace(valve=True)
 
 
 def sprays_on(sprayer: Sprayer, arc_length_m: float, *_: float) -> tuple[bool, float]:
@@ -50,8 +61,8 @@ GUARDS = [
     ("without an operator", {(Failsafe, "stop"): property(QUIET)}, "operator-lost", None),
     ("pressed bumper", {(Traversal, "_heed_hazards"): NOTHING}, "bumper", None),
     ("left the emergency stop", {(Traversal, "step"): release}, None, "estop"),
-    ("wheels commanded while stopped", {(Mission, "stop_hard"): REST}, None, "estop"),
-    ("while not running", {(Mission, "rest"): lambda job: REST(job)._replace(valve=True)}, None, "pause"),
+    ("wheels commanded while stopped", {(Mission, "stop_hard"): stop_gently}, None, "estop"),
+    ("while not running", {(Mission, "rest"): rest_spraying}, None, "pause"),
     ("moves without a warning", {(TraversalStop, "_warn"): NOTHING}, None, "pause"),
     (
         "outside what the plan sprays",
