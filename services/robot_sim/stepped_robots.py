@@ -227,7 +227,7 @@ class SteppedRobots:
             self._batch.run(0, len(self.drives))
         else:
             list(self._pool.map(self._batch.run, *zip(*self._parts, strict=True)))
-        for i in np.flatnonzero((self._left > 0) | (self._stages != ASKING)).tolist():
+        for i in ((self._left > 0) | (self._stages != ASKING)).nonzero()[0].tolist():
             self._go_on(i)
 
     def _go_on(self, i: int) -> None:

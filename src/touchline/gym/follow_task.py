@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -16,7 +17,7 @@ from touchline.api.plan_options import Positive
 from touchline.api.planned import Plan, plan
 from touchline.onboard.control.lead import lead_ticks
 from touchline.onboard.drives.onboard_drive import drive_of
-from touchline.onboard.interface import TICK_S, TICKS_PER_S
+from touchline.onboard.interface import TICKS_PER_S
 from touchline.onboard.trajectory.path_projection import COARSE_TICKS
 from touchline.schemas.errors import SpecError
 from touchline.schemas.scenario import MAX_SEED, Scenario
@@ -103,8 +104,11 @@ class FollowTask:
         self.robots.answers[:, :2] = 0.0
         high = self._bounds(len(rows), 2.0 * TWIST_SHARE * largest)
         self.observation_space = Box(-high, high, dtype=np.float32)
+        self._high: Floats = high.astype(np.float64)
+        self._low: Floats = -self._high
         self.action_space = Box(-1.0, 1.0, (len(self._scale),), np.float32)
-        self._answered = np.zeros(count, dtype=np.int64)
+        self._answered, self._most_ticks = np.zeros(count, dtype=np.int64), math.ceil(given.max_time_s * TICKS_PER_S)
+        self._limit_m = given.limit_m
         self._actions_shape = (count, len(self._scale))
 
     def _bounds(self, rows: int, twist: Floats) -> Observations:
@@ -138,15 +142,14 @@ class FollowTask:
             raise SpecError("touchline.gym", "action", f"has {given.size} values", f"give an array of shape {shape}")
         if not np.isfinite(given).all():
             raise SpecError("touchline.gym", "action", "is not finite", "give numbers between -1 and 1")
-        self.robots.answers[:, self._columns] = np.clip(given, -1.0, 1.0) * self._scale
+        self.robots.answers[:, self._columns] = np.minimum(np.maximum(given, -1.0), 1.0) * self._scale
         self.robots.step(self.options.ticks)
         self._answered += self.options.ticks
 
     @property
     def observations(self) -> Observations:
         """Observations (n, m), a new array."""
-        space = self.observation_space
-        return np.clip(self.robots.values, space.low, space.high).astype(np.float32)
+        return np.minimum(np.maximum(self.robots.values, self._low), self._high).astype(np.float32)
 
     @property
     def rewards(self) -> Floats:
@@ -164,8 +167,9 @@ class FollowTask:
 
         It is terminated where the drive is over, the robot has paused, or it is beyond the limit.
         """
-        terminated = self.robots.over | (np.abs(self.robots.outcomes[:, robots.O_NOZZLE]) > self.options.limit_m)
-        return terminated, (self._answered * TICK_S >= self.options.max_time_s) & ~terminated
+        terminated = np.abs(self.robots.outcomes[:, robots.O_NOZZLE]) > self._limit_m
+        terminated |= self.robots.over
+        return terminated, (self._answered >= self._most_ticks) & ~terminated
 
     def ending(self, i: int) -> dict[str, Any]:
         """Information on a robot whose episode has ended: why, and the figures of its work if it is at the end."""
