@@ -3,10 +3,15 @@
 import os
 import re
 import shlex
+import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
+import pytest
+
+from touchline.bus.ports import free_port
 from touchline.cli.commands import command_line
 from touchline.cli.settings_file import command_of
 
@@ -16,6 +21,8 @@ TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.py"))
 LOADED = re.compile(r"""<(?:link|script|img|iframe|source)\b[^>]*\b(?:src|href)=["'](?:https?:)?//[^>]*>""")
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 MOST_WORDS = 700
+#: Commands that last until they are ended.
+LASTING = ("up", "tui")
 
 
 def test_the_site_is_built_with_executed_notebooks_and_needs_no_other_host(tmp_path: Path) -> None:
@@ -38,7 +45,8 @@ def test_the_site_is_built_with_executed_notebooks_and_needs_no_other_host(tmp_p
 
 
 def blocks(page: Path, kind: str) -> list[str]:
-    return re.findall(rf"^```{kind}\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S)
+    fenced = re.findall(r"^```([^\n]*)\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S)
+    return [text for info, text in fenced if re.fullmatch(kind, info)]
 
 
 def test_every_command_of_a_page_is_one_with_such_options() -> None:
@@ -72,3 +80,25 @@ def test_readme_is_short_and_its_python_runs() -> None:
     assert len(text.split()) <= MOST_WORDS
     (code,) = blocks(ROOT / "README.md", "python")
     exec(compile(code, "README.md", "exec"), {})
+
+
+@pytest.mark.full
+def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    commands = [shlex.split(line, comments=True) for line in lines if line.startswith("touchline ")]
+    environment = os.environ | {"TOUCHLINE_ENDPOINT": f"tcp/127.0.0.1:{free_port()}", "TERM": "xterm-256color"}
+    start = partial(subprocess.Popen, cwd=tmp_path, env=environment)
+    here = str(Path(sys.executable).with_name("touchline"))
+    assert [words[1] for words in commands if words[1] in LASTING] == list(LASTING)
+    for _, *arguments in commands:
+        if arguments[0] not in LASTING:
+            assert start([here, *arguments]).wait() == 0, arguments
+    with start([here, "up"]) as system:
+        terminal, inner = os.openpty()
+        with start([here, "tui"], stdin=inner, stdout=inner, stderr=inner) as console:
+            shown = b""
+            while b"tt2" not in shown:  # the robot, as the console shows it
+                shown += os.read(terminal, 65536)
+            console.terminate()
+        system.send_signal(signal.SIGINT)
+    assert system.returncode == 0
