@@ -6,6 +6,7 @@ import shlex
 import signal
 import subprocess
 import sys
+import termios
 from functools import partial
 from pathlib import Path
 
@@ -95,9 +96,10 @@ def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
             assert start([here, *arguments]).wait() == 0, arguments
     with start([here, "up"]) as system:
         terminal, inner = os.openpty()
+        termios.tcsetwinsize(inner, (24, 80))
         with start([here, "tui"], stdin=inner, stdout=inner, stderr=inner) as console:
             shown = b""
-            while b"tt2" not in shown:  # the robot, as the console shows it
+            while b"choose a template" not in shown:  # what an idle robot waits for
                 shown += os.read(terminal, 65536)
             console.terminate()
         system.send_signal(signal.SIGINT)
