@@ -100,8 +100,9 @@ class FollowTask:
         self._scale: Floats = (RESIDUAL_SHARE if given.action == "residual" else TWIST_SHARE) * largest
         if given.action == "actuators":
             self._scale = np.array([actuator.limit for actuator in vehicle.drive.actuators])
-        self._columns = slice(2, None) if given.action == "actuators" else slice(0, 2)
         self.robots.answers[:, :2] = 0.0
+        self._answers = self.robots.answers[:, slice(2, None) if given.action == "actuators" else slice(0, 2)]
+        self._nozzle_m = self.robots.outcomes[:, robots.O_NOZZLE]
         high = self._bounds(len(rows), 2.0 * TWIST_SHARE * largest)
         self.observation_space = Box(-high, high, dtype=np.float32)
         self._high: Floats = high.astype(np.float64)
@@ -142,7 +143,7 @@ class FollowTask:
             raise SpecError("touchline.gym", "action", f"has {given.size} values", f"give an array of shape {shape}")
         if not np.isfinite(given).all():
             raise SpecError("touchline.gym", "action", "is not finite", "give numbers between -1 and 1")
-        self.robots.answers[:, self._columns] = np.minimum(np.maximum(given, -1.0), 1.0) * self._scale
+        np.multiply(np.minimum(np.maximum(given, -1.0), 1.0), self._scale, out=self._answers)
         self.robots.step(self.options.ticks)
         self._answered += self.options.ticks
 
@@ -159,7 +160,7 @@ class FollowTask:
     @property
     def lateral_m(self) -> Floats:
         """True distances (n,) of the tools to the left of their paths, a new array."""
-        return self.robots.outcomes[:, robots.O_NOZZLE].copy()
+        return self._nozzle_m.copy()
 
     @property
     def ends(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -167,7 +168,7 @@ class FollowTask:
 
         It is terminated where the drive is over, the robot has paused, or it is beyond the limit.
         """
-        terminated = np.abs(self.robots.outcomes[:, robots.O_NOZZLE]) > self._limit_m
+        terminated = np.abs(self._nozzle_m) > self._limit_m
         terminated |= self.robots.over
         return terminated, (self._answered >= self._most_ticks) & ~terminated
 
