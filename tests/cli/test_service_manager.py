@@ -1,4 +1,4 @@
-"""What systemd hears of a service."""
+"""Messages of a service to systemd."""
 
 import os
 import signal

@@ -56,7 +56,7 @@ print(json.dumps(done))
 
 
 def with_extras(extras: tuple[str, ...], code: str, *arguments: str) -> Any:
-    """What code prints, as JSON, in a process that has the modules of these extras only."""
+    """Output of code, read as JSON, from a process that has the modules of these extras only."""
     hidden = " ".join(module for extra, modules in MODULES.items() if extra not in extras for module in modules)
     command = [sys.executable, "-c", HIDDEN + code, hidden, *arguments]
     return json.loads(subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, cwd=ROOT).stdout)

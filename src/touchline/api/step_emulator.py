@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from touchline.api.function_follower import AHEAD_TICKS, FollowerAhead, FollowerState, follower_ahead, follower_state
-from touchline.api.given_arguments import setup_of
+from touchline.api.given_arguments import checked, setup_of
 from touchline.api.planned import Plan
 from touchline.onboard.control.follower import BodyTwist
 from touchline.onboard.interface import TICKS_PER_S, SensorFrame
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import TraversalReport
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.scenario import MAX_SEED, Scenario
+from touchline.schemas.scenario import Scenario
 from touchline.services.robot_sim.stepped_drive import SteppedDrive
 from touchline.services.robot_sim.telemetry import Telemetry
 
@@ -72,7 +72,6 @@ class Emulator:
         self._plan = plan
         setup = setup_of(plan.vehicle, scenario, onboard, seed, None).at(plan.template.origin)
         self._drive = SteppedDrive(setup, plan.trajectory, plan.template, (AHEAD_TICKS, AHEAD_TICKS))
-        self._seed = setup.scenario.seed
 
     def reset(self, *, seed: int | None = None) -> SensorFrame:
         """Begin anew with a robot that has just been switched on; return its sensor frame at the first question.
@@ -83,11 +82,7 @@ class Emulator:
         Raises:
             SpecError: It is not a whole number from 0 on.
         """
-        if seed is not None:
-            if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
-                raise SpecError("Emulator.reset", "seed", f"is {seed!r}", f"give a whole number, 0 to {MAX_SEED}")
-            self._seed = seed
-        self._drive.restart(self._seed)
+        self._drive.restart(self.seed if seed is None else checked(Scenario, {"seed": seed}, "Emulator.reset").seed)
         return self.frame
 
     def step(self, command: Sequence[float], /, *, actuators: bool = False, ticks: int = 1) -> SensorFrame:
@@ -132,7 +127,7 @@ class Emulator:
     @property
     def seed(self) -> int:
         """Seed of all noise."""
-        return self._seed
+        return self._drive.emulator.scenario.seed
 
     @property
     def time_s(self) -> float:
