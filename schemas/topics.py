@@ -9,6 +9,7 @@ from typing import Any, Generic, TypeVar
 
 from touchline.schemas import messages as m
 from touchline.schemas.messages.base import Message
+from touchline.schemas.roles import Role
 
 Request = TypeVar("Request", bound=Message)
 Response = TypeVar("Response", bound=Message)
@@ -18,6 +19,16 @@ DEFAULT_NAMESPACE = "tt2"
 #: Namespace of a team's coordinator where none is given: it is no robot, but is told of like one.
 TEAM_NAMESPACE = "team"
 NAMESPACE_RULE = "use letters, digits, _ and single /, at most 64 in all"
+
+
+#: Those who are told how anything is.
+ANYBODY = frozenset(Role) - {Role.ROUTER}
+#: Those who decide what robots do.
+_ORDERING = frozenset((Role.OPERATOR, Role.GATEWAY))
+#: Those who may stop robots, too.
+_STOPPING = _ORDERING | {Role.VIEWER, Role.COORDINATOR}
+_ROBOT, _TEAM = frozenset((Role.ROBOT,)), frozenset((Role.COORDINATOR,))
+_SERVING = frozenset((Role.ROBOT, Role.PLANNER, Role.BRIDGE, Role.COORDINATOR, Role.SUPERVISOR))
 
 
 def is_namespace(text: str) -> bool:
@@ -40,6 +51,7 @@ class Topic:
         tolerance: Largest difference that a regression check accepts, per number, in those units.
         hashed: Whether it counts in a session's hash; what has caused a session does not.
         general: Whether it belongs to every session; any other counts in a session's hash only where it is sent.
+        publishers: Roles that may publish it on a secured bus; a robot only its own.
     """
 
     name: str
@@ -52,6 +64,7 @@ class Topic:
     tolerance: float = 0.0
     general: bool = True
     hashed: bool = True
+    publishers: frozenset[Role] = _ROBOT
 
     @property
     def reliable(self) -> bool:
@@ -69,6 +82,7 @@ class Service(Generic[Request, Response]):
         server: Node that answers it, and no other is believed; empty where anybody may.
         most_bytes: A larger request is refused unread.
         urgent: Whether it goes before everything else on its way, and is looked for first: what stops the robot.
+        callers: Roles that may ask for it on a secured bus.
         ros_type: ROS service type.
     """
 
@@ -78,11 +92,17 @@ class Service(Generic[Request, Response]):
     server: str
     most_bytes: int = 16 * 1024
     urgent: bool = False
+    callers: frozenset[Role] = _ORDERING
     ros_type: str = field(init=False)
 
     def __post_init__(self) -> None:
         """Derive the ROS service type from the request's."""
         object.__setattr__(self, "ros_type", self.request.ros_type.removesuffix("_Request"))
+
+    @property
+    def servers(self) -> frozenset[Role]:
+        """Roles that may serve it on a secured bus."""
+        return frozenset((ROLE_OF_NODE[self.server],)) if self.server else _ORDERING
 
 
 def _rows_since(known: Collection[Topic]) -> tuple[Topic, ...]:
@@ -119,13 +139,22 @@ PAUSE_STATUS = Topic("traversal/pause_status", m.PauseStatus, latched=True, unit
 ABOUT_TO_MOVE = Topic("about_to_move", m.AboutToMove, latched=True, units="s", general=False, hashed=False)
 REPORT = Topic("traversal/report", m.TraversalReport, latched=True, units="m, s, m2", tolerance=1e-6)
 BATTERY = Topic("battery_state", m.BatteryState, 1, latched=True, units="V, A, Ah", tolerance=1e-6)
-EVENTS = Topic("events", m.Event)
+EVENTS = Topic("events", m.Event, publishers=_ROBOT | _TEAM | {Role.BRIDGE})
 #: What the robot was told to do, and when it obeyed.
 ORDERS = Topic("traversal/orders", m.RobotOrder, general=False, hashed=False)
 #: JSON of the state in which a robot that has not just been switched on was given a job, before all that is told of it.
 INITIAL_STATE = Topic("traversal/initial_state", m.String, general=False, hashed=False)
 #: Of a robot of a shared job, from who leads that: the stretch of its path that the others keep off.
-CLAIMED = Topic("traversal/claimed", m.NavPath, latched=True, units="m", tolerance=1e-6, general=False, hashed=False)
+CLAIMED = Topic(
+    "traversal/claimed",
+    m.NavPath,
+    latched=True,
+    units="m",
+    tolerance=1e-6,
+    general=False,
+    hashed=False,
+    publishers=frozenset((Role.OPERATOR,)),
+)
 #: What the robot can go on with after an abort or a restart.
 UNFINISHED = Topic(
     "traversal/unfinished", m.UnfinishedJob, recorded=False, latched=True, units="%, m, s", general=False
@@ -135,24 +164,36 @@ WHEREABOUTS = Topic("traversal/whereabouts", m.Whereabouts, 10, units="m, s", to
 #: Of an emulated robot in lockstep with its team: by this, who touches whom has its bumper pressed.
 TRUE_WAY = Topic("truth/way", m.TrueWay, recorded=False, units="m", general=False)
 #: From the coordinator to a robot.
-GUIDANCE = Topic("traversal/guidance", m.Guidance, units="m, s", tolerance=1e-6, general=False)
+GUIDANCE = Topic("traversal/guidance", m.Guidance, units="m, s", tolerance=1e-6, general=False, publishers=_TEAM)
 PLAN = Topic("plan", m.Trajectory, latched=True, units="m", tolerance=1e-9)
 TEMPLATE = Topic("template", m.String, latched=True)
 #: JSON of ``touchline.schemas.setup.Setup``.
 SETUP = Topic("setup", m.String, latched=True)
 #: These of a team's coordinator, under a namespace of its own; the first is JSON of ``touchline.schemas.team``.
-TEAM_SETUP = Topic("fleet/setup", m.String, latched=True, general=False)
-TEAM_CELLS = Topic("fleet/cells", m.TeamCells, latched=True, units="m", tolerance=1e-6, general=False)
-TEAM_STATUS = Topic("fleet/status", m.TeamStatus, latched=True, units="m", tolerance=1e-6, general=False)
+TEAM_SETUP = Topic("fleet/setup", m.String, latched=True, general=False, publishers=_TEAM)
+TEAM_CELLS = Topic("fleet/cells", m.TeamCells, latched=True, units="m", tolerance=1e-6, general=False, publishers=_TEAM)
+TEAM_STATUS = Topic(
+    "fleet/status", m.TeamStatus, latched=True, units="m", tolerance=1e-6, general=False, publishers=_TEAM
+)
 #: Of a task that has ended.
-TEAM_REPORT = Topic("fleet/report", m.TeamReport, latched=True, units="m, s", tolerance=1e-6, general=False)
+TEAM_REPORT = Topic(
+    "fleet/report", m.TeamReport, latched=True, units="m, s", tolerance=1e-6, general=False, publishers=_TEAM
+)
 #: Of a replay, which sends what its robots said as if they were there.
 REPLAY_STATUS = Topic("replay/status", m.ReplayStatus, 10, recorded=False, latched=True, units="s", general=False)
-PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False)
-DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 5, recorded=False)
-SUPERVISOR_EVENTS = Topic("supervisor/events", m.Event, recorded=False)
+PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False, publishers=frozenset((Role.PLANNER,)))
+DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 5, recorded=False, publishers=_SERVING)
+SUPERVISOR_EVENTS = Topic("supervisor/events", m.Event, recorded=False, publishers=_SERVING | {Role.OPERATOR})
 #: From the bridge while its recording is behind: how far sim time may go that passes faster than real time.
-RECORDER_LIMIT = Topic("recording/limit", m.Clock, recorded=False, block=False, units="s", general=False)
+RECORDER_LIMIT = Topic(
+    "recording/limit",
+    m.Clock,
+    recorded=False,
+    block=False,
+    units="s",
+    general=False,
+    publishers=frozenset((Role.BRIDGE,)),
+)
 
 TOPICS: tuple[Topic, ...] = _rows_since(())
 TOPIC_BY_NAME = {topic.name: topic for topic in TOPICS}
@@ -188,6 +229,19 @@ PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, OBSERVER, SUPERVISOR, TELEMETRY, 
     "replay",
     "coordinator",
 )
+#: The role whose identity a process of a name needs on a secured bus. A replay publishes what its robot did.
+ROLE_OF_NODE = {
+    PLANNER: Role.PLANNER,
+    ROBOT_SIM: Role.ROBOT,
+    TELEMETRY: Role.ROBOT,
+    REPLAY: Role.ROBOT,
+    BRIDGE: Role.BRIDGE,
+    CONSOLE: Role.OPERATOR,
+    OPERATOR: Role.OPERATOR,
+    OBSERVER: Role.OBSERVER,
+    SUPERVISOR: Role.SUPERVISOR,
+    COORDINATOR: Role.COORDINATOR,
+}
 #: Of these, some are there wherever there is a robot, or was until it died.
 SERVING = (PLANNER, ROBOT_SIM, BRIDGE)
 #: For these a replay answers: the robot that it replays is not there.
@@ -196,7 +250,9 @@ REPLAYED = (ROBOT_SIM, TELEMETRY)
 MOST_PLAN_BYTES = 16 * 1024 * 1024
 
 
-PLAN_SERVICE = Service("planner/plan", m.PlanRequest, m.PlanResponse, PLANNER, MOST_PLAN_BYTES)
+PLAN_SERVICE = Service(
+    "planner/plan", m.PlanRequest, m.PlanResponse, PLANNER, MOST_PLAN_BYTES, callers=_ORDERING | _ROBOT
+)
 START_TRAVERSAL = Service(
     "trajectory_controller/start_traversal",
     m.StartTraversalRequest,
@@ -206,20 +262,24 @@ START_TRAVERSAL = Service(
 )
 LOAD = Service("traversal/load", m.LoadRequest, m.LoadResponse, ROBOT_SIM, MOST_PLAN_BYTES)
 GOTO = Service("traversal/goto", m.GotoRequest, m.GotoResponse, ROBOT_SIM)
-BEGIN_GUIDED = Service("traversal/begin_guided", m.BeginGuidedRequest, m.BeginGuidedResponse, ROBOT_SIM)
-START = Service("traversal/start", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
-PAUSE = Service("traversal/pause", m.CommandRequest, m.CommandResponse, ROBOT_SIM, urgent=True)
-RESUME = Service("traversal/resume", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
-ABORT = Service("traversal/abort", m.CommandRequest, m.CommandResponse, ROBOT_SIM, urgent=True)
-ESTOP = Service("traversal/estop", m.CommandRequest, m.CommandResponse, ROBOT_SIM, urgent=True)
+BEGIN_GUIDED = Service(
+    "traversal/begin_guided", m.BeginGuidedRequest, m.BeginGuidedResponse, ROBOT_SIM, callers=_ORDERING | _TEAM
+)
+START = Service("traversal/start", m.CommandRequest, m.CommandResponse, ROBOT_SIM, callers=_ORDERING | _TEAM)
+PAUSE = Service("traversal/pause", m.CommandRequest, m.CommandResponse, ROBOT_SIM, urgent=True, callers=_STOPPING)
+RESUME = Service("traversal/resume", m.CommandRequest, m.CommandResponse, ROBOT_SIM, callers=_ORDERING | _TEAM)
+ABORT = Service("traversal/abort", m.CommandRequest, m.CommandResponse, ROBOT_SIM, urgent=True, callers=_STOPPING)
+ESTOP = Service("traversal/estop", m.CommandRequest, m.CommandResponse, ROBOT_SIM, urgent=True, callers=_STOPPING)
 RESET = Service("traversal/reset", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 REFILL_TANK = Service("sprayer/refill", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 REPLACE_BATTERY = Service("battery/replace", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 AUTHORIZE = Service("traversal/authorize", m.AuthorizeRequest, m.AuthorizeResponse, ROBOT_SIM)
-SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedResponse, ROBOT_SIM)
-INJECT_FAULT = Service("simulation/inject_fault", m.InjectFaultRequest, m.InjectFaultResponse, ROBOT_SIM)
+SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedResponse, ROBOT_SIM, callers=_ORDERING | _TEAM)
+INJECT_FAULT = Service(
+    "simulation/inject_fault", m.InjectFaultRequest, m.InjectFaultResponse, ROBOT_SIM, callers=_ORDERING | _TEAM
+)
 #: Served from outside, by a user's own follower, and asked by the robot; not one of ``SERVICES``.
-FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepResponse, "")
+FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepResponse, "", callers=_ROBOT)
 #: Served by the gateway among ROS 2 nodes, for the node that the robot is there; not on the bus.
 PARAMETER_SERVICES: tuple[Service[Any, Any], ...] = (
     Service("touchline/list_parameters", m.ListParametersRequest, m.ListParametersResponse, ""),
@@ -236,19 +296,27 @@ PARAMETER_SERVICES: tuple[Service[Any, Any], ...] = (
 )
 #: Served by a team's coordinator; not among ``SERVICES``, as those are of every system.
 TEAM_TASK = Service("fleet/task", m.TeamTaskRequest, m.TeamTaskResponse, COORDINATOR, 1024 * 1024)
-TEAM_STOP = Service("fleet/stop", m.CommandRequest, m.CommandResponse, COORDINATOR, urgent=True)
+TEAM_STOP = Service("fleet/stop", m.CommandRequest, m.CommandResponse, COORDINATOR, urgent=True, callers=_STOPPING)
 TEAM_REMOVE = Service("fleet/remove", m.TeamRobotRequest, m.TeamRobotResponse, COORDINATOR)
 TEAM_ADMIT = Service("fleet/admit", m.TeamRobotRequest, m.TeamRobotResponse, COORDINATOR)
 #: Served by who shares a template among robots, for each of them; as little among ``SERVICES``.
 TAKE_OVER = Service("sharing/take_over", m.CommandRequest, m.CommandResponse, OPERATOR)
 REMOVE = Service("sharing/remove", m.CommandRequest, m.CommandResponse, OPERATOR)
 #: Served by a replay for each of its robots; whichever of them is told, all go by it. As little among ``SERVICES``.
-REPLAY_PAUSE = Service("replay/pause", m.CommandRequest, m.CommandResponse, REPLAY)
-REPLAY_RESUME = Service("replay/resume", m.CommandRequest, m.CommandResponse, REPLAY)
-REPLAY_SEEK = Service("replay/seek", m.ReplaySeekRequest, m.ReplaySeekResponse, REPLAY)
-REPLAY_STEP = Service("replay/step", m.ReplayStepRequest, m.ReplayStepResponse, REPLAY)
-REPLAY_SET_SPEED = Service("replay/set_speed", m.SetSpeedRequest, m.SetSpeedResponse, REPLAY)
-REPLAY_SET_LOOPS = Service("replay/set_loops", m.ReplaySetLoopsRequest, m.ReplaySetLoopsResponse, REPLAY)
+REPLAY_PAUSE = Service("replay/pause", m.CommandRequest, m.CommandResponse, REPLAY, callers=_ORDERING | {Role.VIEWER})
+REPLAY_RESUME = Service("replay/resume", m.CommandRequest, m.CommandResponse, REPLAY, callers=_ORDERING | {Role.VIEWER})
+REPLAY_SEEK = Service(
+    "replay/seek", m.ReplaySeekRequest, m.ReplaySeekResponse, REPLAY, callers=_ORDERING | {Role.VIEWER}
+)
+REPLAY_STEP = Service(
+    "replay/step", m.ReplayStepRequest, m.ReplayStepResponse, REPLAY, callers=_ORDERING | {Role.VIEWER}
+)
+REPLAY_SET_SPEED = Service(
+    "replay/set_speed", m.SetSpeedRequest, m.SetSpeedResponse, REPLAY, callers=_ORDERING | {Role.VIEWER}
+)
+REPLAY_SET_LOOPS = Service(
+    "replay/set_loops", m.ReplaySetLoopsRequest, m.ReplaySetLoopsResponse, REPLAY, callers=_ORDERING | {Role.VIEWER}
+)
 REPLAY_SERVICES: tuple[Service[Any, Any], ...] = (
     REPLAY_PAUSE,
     REPLAY_RESUME,
@@ -257,7 +325,7 @@ REPLAY_SERVICES: tuple[Service[Any, Any], ...] = (
     REPLAY_SET_SPEED,
     REPLAY_SET_LOOPS,
 )
-GET_PAINT = Service("truth/get_paint", m.GetPaintRequest, m.GetPaintResponse, TELEMETRY)
+GET_PAINT = Service("truth/get_paint", m.GetPaintRequest, m.GetPaintResponse, TELEMETRY, callers=ANYBODY)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse, BRIDGE)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse, BRIDGE)
 
@@ -284,7 +352,8 @@ ROBOT_SERVICES: tuple[Service[Any, Any], ...] = (
 
 def diagnostics_service(node: str) -> Service[m.GetDiagnosticsRequest, m.GetDiagnosticsResponse]:
     """The service by which any process tells how it is."""
-    return Service(f"{node}/diagnostics", m.GetDiagnosticsRequest, m.GetDiagnosticsResponse, node)
+    name = f"{node}/diagnostics"
+    return Service(name, m.GetDiagnosticsRequest, m.GetDiagnosticsResponse, node, callers=ANYBODY)
 
 
 #: What changes nothing, whoever asks.
@@ -299,4 +368,9 @@ SERVICES: tuple[Service[Any, Any], ...] = (
     RECORD,
     RECORD_STOP,
     *READ_ONLY_SERVICES,
+)
+#: Every service on the bus: those, and the ones of teams, shared jobs, replays and users' own followers.
+ALL_SERVICES: tuple[Service[Any, Any], ...] = (
+    *(row for row in globals().copy().values() if isinstance(row, Service)),
+    *(diagnostics_service(node) for node in ROLE_OF_NODE),
 )

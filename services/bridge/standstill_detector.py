@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Final
 
-from touchline.bus.config import PATIENCE_S
+from touchline.bus.common_settings import PATIENCE_S
 
 #: A turn that takes longer is a standstill; nobody is cut off earlier.
 STANDSTILL_S: Final = 0.5 * PATIENCE_S

@@ -65,6 +65,7 @@ def run_service(
         until_stopped(supervisor) as stop,
         Bus.open_all(topics.ROBOT_SIM, config, lambda: stop.asked, PATIENCE_S) as buses,
     ):
+        buses[0].open_door()
         outbox = Outbox(config)
         try:
             health = [HealthReporter(bus) for bus in buses]

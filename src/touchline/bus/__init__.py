@@ -1,7 +1,7 @@
 """The bus: typed topics and services over Eclipse Zenoh. The only package that imports zenoh."""
 
 from touchline.bus.bus import Bus
-from touchline.bus.calls import Answer, CallError, ServedCall, Server
+from touchline.bus.calls import AccessError, Answer, CallError, ServedCall, Server
 from touchline.bus.config import BusConfig
 from touchline.bus.health import HealthReporter
 from touchline.bus.inbox import Inbox, Sample
@@ -10,6 +10,7 @@ from touchline.bus.stop_proof import StopProof, proves
 from touchline.bus.urgent_order import UrgentOrder, repeat_until_acknowledged
 
 __all__ = [
+    "AccessError",
     "Answer",
     "Bus",
     "BusConfig",

@@ -10,14 +10,20 @@ from weakref import WeakSet
 import zenoh
 
 from touchline.bus import calls
+from touchline.bus.access_control import is_at_door
 from touchline.bus.attachment import session_publisher
+from touchline.bus.caller import asked_key
 from touchline.bus.calls import Question, Server
 from touchline.bus.claim import claim
-from touchline.bus.config import PATIENCE_S, BusConfig
+from touchline.bus.common_settings import PATIENCE_S
+from touchline.bus.config import BusConfig, Door
 from touchline.bus.counters import Counters
+from touchline.bus.gate import Gate
+from touchline.bus.identity_check import check_identity
 from touchline.bus.inbox import Inbox
 from touchline.bus.joining import join, join_at_door, leave
 from touchline.bus.last_sent import LastSent
+from touchline.bus.own_door import OwnDoor
 from touchline.bus.presence import Presence, token_prefix
 from touchline.bus.publisher import Publisher
 from touchline.bus.replies import Replies
@@ -53,6 +59,9 @@ class Bus:
         self.opened_s = time.monotonic()
         self._trusted = TrustedSessions(self.presence)
         self._replies = Replies()
+        self._caller = config.identity.name if config.identity is not None else ""
+        self._gate = Gate.of(node, config)
+        self._door: OwnDoor | None = None
         self._others: list[Bus] = []
         self._token = self._declare_token(session)
 
@@ -85,6 +94,7 @@ class Bus:
             KeyboardInterrupt: ``stop()`` was true before the bus was joined.
         """
         config = config or BusConfig.from_environment()
+        check_identity(node, config)
         with cls._of(join(config, node, lambda: bool(stop()), patience_s), node, config, patience_s) as bus:
             yield bus
 
@@ -104,16 +114,31 @@ class Bus:
 
     @classmethod
     @contextmanager
-    def open_at_door(cls, node: str, config: BusConfig, stop: Callable[[], bool]) -> Iterator[Self]:
+    def open_at_door(cls, node: str, config: BusConfig, door: Door, stop: Callable[[], bool]) -> Iterator[Self]:
         """Open a session with the robot alone, at its own door, so that nobody else can delay it.
 
         Raises:
-            SpecError: The configuration cannot be used.
-            TouchlineError: The robot has no such door, or nobody answers there.
+            TouchlineError: Nobody answers there.
             KeyboardInterrupt: ``stop()`` was true first.
         """
-        with cls._of(join_at_door(config, stop), node, config) as bus:
+        with cls._of(join_at_door(config, door, stop), node, config) as bus:
             yield bus
+
+    def open_door(self) -> None:
+        """Let this bus's robot be stopped at its own door; on an open bus, whose robots are peers, it is there already.
+
+        Raises:
+            SpecError: This is not a robot.
+            TouchlineError: It cannot listen there.
+        """
+        if self.config.identity is not None:
+            self._door = OwnDoor(self.config, self._declare_at_door)
+
+    def _declare_at_door(self, session: zenoh.Session) -> zenoh.LivelinessToken:
+        for each in list(self._declared):
+            if isinstance(each, Server) and is_at_door(each.service):
+                each.declare_at_door(session)
+        return self._declare_token(session)
 
     @classmethod
     @contextmanager
@@ -135,6 +160,9 @@ class Bus:
     def _close(self) -> None:
         for bus in (self, *self._others):
             bus._replies.close()
+            bus._gate.close()
+        if self._door is not None:
+            self._door.close()
 
     @property
     def session_id(self) -> str:
@@ -220,6 +248,10 @@ class Bus:
         """Return the key of a topic or service name."""
         return f"{self.config.namespace}/{name}"
 
+    def asked_key(self, service: Service[Any, Any]) -> str:
+        """Return the key by which this process asks for a service."""
+        return asked_key(self.key(service.name), self._caller)
+
     def publisher(self, topic: Topic, publisher_id: bytes | None = None) -> Publisher:
         """Declare a publisher of ``topic``, with an id of its own or a given one of 16 bytes."""
         publisher = Publisher(self._session, self.key(topic.name), topic, self.counters, publisher_id)
@@ -243,8 +275,10 @@ class Bus:
 
     def serve(self, service: Service[Request, Response]) -> Server[Request, Response]:
         """Declare a server of ``service``."""
-        server = Server(self._session, self.key(service.name), service, self.counters, self._replies)
+        server = Server(self._session, self.key(service.name), service, self.counters, self._replies, self._gate)
         self._declared.add(server)
+        if self._door is not None and is_at_door(service):
+            self._door.declare(server.declare_at_door)
         return server
 
     def call(
@@ -282,11 +316,12 @@ class Bus:
     def ask(self, service: Service[Any, Any], payload: bytes, timeout_s: float) -> Question:
         """Send a request in CDR and return at once; unlike :meth:`call` without looking for the service."""
         trusted = self._trusted.trusted(service.server)
-        return Question(self._session, self.key(service.name), service, payload, timeout_s, trusted)
+        return Question(self._session, self.asked_key(service), service, payload, timeout_s, trusted)
 
     def ask_session(self, session: str, service: Service[Any, Any], payload: bytes, timeout_s: float) -> Question:
         """Send a request like :meth:`ask`, and take only the answer of the process with this session."""
-        return Question(self._session, self.key(service.name), service, payload, timeout_s, lambda who: who == session)
+        key = self.asked_key(service)
+        return Question(self._session, key, service, payload, timeout_s, lambda who: who == session)
 
     def sessions(self, node: str) -> frozenset[str]:
         """Return the sessions of all processes of a name, by their liveliness tokens."""

@@ -8,12 +8,13 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import repeat
-from typing import Final, Generic, NamedTuple
+from typing import Final, Generic, NamedTuple, TypeAlias
 
 import zenoh
 from zenoh import handlers
 
 from touchline.bus.counters import Counters
+from touchline.bus.gate import REFUSED, Gate
 from touchline.bus.replies import Lane, Replies
 from touchline.schemas.cdr import decode, encode, first_string
 from touchline.schemas.errors import PayloadError, TouchlineError
@@ -50,21 +51,27 @@ class CallError(TouchlineError):
     """Call that was not answered, or answered with an error; the text is the reason."""
 
 
+class AccessError(CallError):
+    """Call that the caller's role does not admit; the text names the role that does."""
+
+
 class ServedCall(Generic[Request, Response]):
     """One request, and its reply channel.
 
     Attributes:
         payload: CDR of the request.
+        caller: Name of the caller's identity; empty on an open bus.
         request_id: Id of the request; empty if its type has none.
+        repeat_id: Caller and id of the request, by which repeats are known; empty if its type has no id.
     """
 
-    def __init__(
-        self, server: "Server[Request, Response]", query: zenoh.Query, payload: bytes, request_id: str
-    ) -> None:
+    def __init__(self, server: "Server[Request, Response]", query: zenoh.Query, payload: bytes, caller: str) -> None:
         """Wrap a query; made by :class:`Server`."""
         self._server = server
         self.payload = payload
-        self.request_id = request_id
+        self.caller = caller
+        self.request_id = first_string(payload) if "request_id" in server.service.request.model_fields else ""
+        self.repeat_id = f"{caller} {self.request_id}" if self.request_id else ""
         self.queries = [query]
         self._request: Request | None = None
 
@@ -110,9 +117,11 @@ class Server(Generic[Request, Response]):
         service: Service[Request, Response],
         counters: Counters,
         replies: Replies,
+        gate: Gate,
     ) -> None:
         """Declare the queryable; use :meth:`touchline.bus.Bus.serve`."""
         self.service = service
+        self._gate = gate
         self._replies = replies
         self._key = key
         self._counters = counters
@@ -124,23 +133,31 @@ class Server(Generic[Request, Response]):
             room, self._looked_at = _WAITING_URGENT_CALLS, _LOOKED_AT_URGENT
         self._room = room
         self._pauses_s: Iterator[float] = repeat(_POLL_S)
-        self._queryables: list[zenoh.Queryable[handlers.Handler[zenoh.Query]]] = []
+        self._queryables: list[_Queryable] = []
+        self._at_door: list[_Queryable] = []
         self.declare(session)
 
     def declare(self, session: zenoh.Session) -> None:
         """Serve by this session, and answer requests by the one before as long as that is open."""
-        new = session.declare_queryable(self._key, handlers.RingChannel(self._room), complete=True)
-        self._queryables = [*self._queryables[-1:], new]
+        self._queryables = [*self._queryables[-1:], self._declared(session)]
+
+    def declare_at_door(self, session: zenoh.Session) -> None:
+        """Serve by the session of the robot's own door, too; in place of the one before."""
+        self._at_door = [self._declared(session)]
+
+    def _declared(self, session: zenoh.Session) -> "_Queryable":
+        key = self._gate.served_key(self._key)
+        return session.declare_queryable(key, handlers.RingChannel(self._room), complete=True)
 
     def close(self) -> None:
         """Stop serving; waiting requests are not answered."""
-        for queryable in self._queryables:
+        for queryable in (*self._queryables, *self._at_door):
             with suppress(zenoh.ZError):  # its session is closed
                 queryable.undeclare()  # type: ignore[no-untyped-call]
-        self._queryables = []
+        self._queryables, self._at_door = [], []
 
     def _received(self) -> zenoh.Query | None:
-        for queryable in self._queryables:
+        for queryable in (*self._queryables, *self._at_door):
             try:
                 query = queryable.try_recv()
             except zenoh.ZError:  # its session is closed
@@ -186,46 +203,59 @@ class Server(Generic[Request, Response]):
         return call
 
     def _admit(self, query: zenoh.Query) -> ServedCall[Request, Response] | None:
-        problem = self._problem(query)
-        if problem:
+        caller = self._gate.caller(str(query.key_expr), self._key)
+        problem = self._problem(query, caller)
+        if problem or caller is None:
             self._counters.reject(f"{self.service.name}: {problem}")
+            self._gate.note(caller or "", self.service, "refused", problem)
             self._refuse(query, problem)
             return None
         payload = query.payload.to_bytes() if query.payload is not None else b""
-        request_id = first_string(payload) if "request_id" in self.service.request.model_fields else ""
-        if (answer := self._answers.find(request_id, time.monotonic())) is not None:
+        call = ServedCall(self, query, payload, caller)
+        if (answer := self._answers.find(call.repeat_id, time.monotonic())) is not None:
             self._answer(query, answer, Lane.OTHER)
             return None
-        if request_id in self._open:
-            self._open[request_id].queries = [*self._open[request_id].queries[-_WAITING_CALLS:], query]
+        if call.repeat_id in self._open:
+            first = self._open[call.repeat_id]
+            first.queries = [*first.queries[-_WAITING_CALLS:], query]
             return None
-        call = ServedCall(self, query, payload, request_id)
-        if request_id:
-            self._open[request_id] = call
+        if call.repeat_id:
+            self._open[call.repeat_id] = call
         return call
 
-    def _problem(self, query: zenoh.Query) -> str:
+    def _problem(self, query: zenoh.Query, caller: str | None) -> str:
         """Return why a query is refused undecoded; empty if it may be a request."""
-        if str(query.key_expr) != self._key:
+        if caller is None:
             return f"asked for by {query.key_expr}; a service is asked by its own key, {self._key}"
         size = len(query.payload) if query.payload is not None else 0
         if size > self.service.most_bytes:
             return f"a request of {size:,} bytes; at most {self.service.most_bytes:,} are read"
-        return ""
+        return self._gate.problem(caller, self.service)
 
     def finish(self, call: ServedCall[Request, Response], payload: bytes) -> None:
         """Send ``payload`` to all callers with this call's id, and remember it."""
-        if call.request_id:
-            self._open.pop(call.request_id, None)
-            self._answers.remember(call.request_id, payload, time.monotonic())
+        if call.repeat_id:
+            self._open.pop(call.repeat_id, None)
+            self._answers.remember(call.repeat_id, payload, time.monotonic())
+        if self._gate.notes(self.service):
+            self._gate.note(call.caller, self.service, *self._outcome(payload))
         first, *others = call.queries
         self._answer(first, payload, Lane.STOP if self.service.urgent else Lane.FIRST)
         for query in others:
             self._answer(query, payload, Lane.OTHER)
 
+    def _outcome(self, payload: bytes) -> tuple[str, str]:
+        """Return how a request was answered, and the message; a plan is too large to be looked into."""
+        if len(payload) > _LARGE_BYTES:
+            return "accepted", ""
+        response = decode(self.service.response, payload)
+        accepted = getattr(response, "success", True)
+        return "accepted" if accepted else "refused", getattr(response, "message", "")
+
     def abandon(self, call: ServedCall[Request, Response], reason: str) -> None:
         """Send an error to all callers with this call's id; the same id may be tried again."""
-        self._open.pop(call.request_id, None)
+        self._open.pop(call.repeat_id, None)
+        self._gate.note(call.caller, self.service, "error", reason)
         for query in call.queries:
             self._refuse(query, reason)
 
@@ -236,7 +266,7 @@ class Server(Generic[Request, Response]):
         self.abandon(call, str(error))
 
     def _answer(self, query: zenoh.Query, payload: bytes, lane: Lane) -> None:
-        self._replies.send(lane, partial(_reply, query, self._key, payload))
+        self._replies.send(lane, partial(_reply, query, payload))
         self._counters.published += 1
 
     def _refuse(self, query: zenoh.Query, reason: str) -> None:
@@ -278,9 +308,9 @@ def _pauses_s() -> Iterator[float]:
         pause_s = min(_POLL_GROWTH * pause_s, _POLL_S)
 
 
-def _reply(query: zenoh.Query, key: str, payload: bytes) -> None:
+def _reply(query: zenoh.Query, payload: bytes) -> None:
     with query:
-        query.reply(key, payload, encoding=zenoh.Encoding("application/cdr"))
+        query.reply(query.key_expr, payload, encoding=zenoh.Encoding("application/cdr"))
 
 
 def _reply_error(query: zenoh.Query, reason: str) -> None:
@@ -310,6 +340,7 @@ class _Reply(NamedTuple):
     session: str
 
 
+_Queryable: TypeAlias = "zenoh.Queryable[handlers.Handler[zenoh.Query]]"
 Trusted = Callable[[str], bool]
 """Predicate on a session: whether it belongs to the service's server."""
 
@@ -394,7 +425,8 @@ def call(
     while True:
         answer = _wait(ask(service, payload, begun + timeout_s - time.monotonic()), while_waiting)
         if answer.refusal is not None:
-            raise CallError(f"{service.name}: {answer.refusal}")
+            kind = AccessError if answer.refusal.startswith(REFUSED) else CallError
+            raise kind(f"{service.name}: {answer.refusal}")
         if answer.payload is not None:
             _LOG.debug("%s answered %d bytes in %.3f s", service.name, len(answer.payload), time.monotonic() - begun)
             return decode(service.response, answer.payload)

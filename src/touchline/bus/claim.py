@@ -46,8 +46,8 @@ class Claimant(Protocol):
     node: str
     config: BusConfig
 
-    def key(self, name: str) -> str:
-        """Return the key of a topic or service name."""
+    def asked_key(self, service: Service[Request, Response]) -> str:
+        """Return the key by which this process asks for a service."""
 
     def publisher(self, topic: Topic) -> Publisher:
         """Declare a publisher of a topic."""
@@ -104,7 +104,7 @@ def _somebody_serves(
     """Return whether one of the namesakes answers a health request by its own session."""
     service = topics.diagnostics_service(bus.node)
     replies = session.get(
-        bus.key(service.name),
+        bus.asked_key(service),
         handlers.FifoChannel(_REPLIES),
         payload=encode(GetDiagnosticsRequest()),
         target=zenoh.QueryTarget.ALL,

@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
@@ -10,31 +10,43 @@ from typing import Any, Self
 import zenoh
 from zenoh import Config
 
+from touchline.bus import secured_settings as secured
+from touchline.bus.common_settings import (
+    PATIENCE_S,
+    RETRY,
+    client_settings,
+    common_settings,
+    door_client_settings,
+    router_settings,
+)
 from touchline.bus.remote_access import endpoints
-from touchline.schemas.bus_variables import CONFIG_VARIABLE, ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
-from touchline.schemas.cdr import MAX_PAYLOAD_BYTES
+from touchline.schemas.bus_variables import (
+    CONFIG_VARIABLE,
+    ENDPOINT_VARIABLE,
+    IDENTITY_VARIABLE,
+    NAMESPACE_VARIABLE,
+)
 from touchline.schemas.errors import SpecError
 from touchline.schemas.topics import DEFAULT_NAMESPACE, NAMESPACE_RULE, ROBOT_SIM, is_namespace
-
-#: Time after which a peer that does not take a message is cut off, so that it holds up nobody else.
-PATIENCE_S = 1.0
-#: As much as `touchline.schemas.cdr` decodes, and room for Zenoh's headers.
-MAX_MESSAGE_BYTES = MAX_PAYLOAD_BYTES + 65_536
-
-#: Time after which a silent link between a client and its router is given up: a robot on its own must stop soon.
-LEASE_MS = 2000
-_LEASE = "transport/link/tx/lease"
-#: Settings that a router has in common with all other processes.
-_OF_ROUTERS = (
-    "scouting/multicast/enabled",
-    "transport/shared_memory/enabled",
-    "transport/link/tx/queue/congestion_control/block/wait_before_close",
-    "transport/link/rx/max_message_size",
-    "transport/unicast/accept_timeout",
-    "transport/unicast/accept_pending",
-)
+from touchline.security.access_list import ACCESS_FILE
+from touchline.security.identity import Identity
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7461"
+
+
+@dataclass(frozen=True)
+class Door:
+    """A robot's own door.
+
+    Attributes:
+        endpoint: Where it is.
+        settings: Configuration of a direct session there.
+        namespace: The robot; "" if all robots of the bus may be met there.
+    """
+
+    endpoint: str
+    settings: Config
+    namespace: str = ""
 
 
 @dataclass(frozen=True)
@@ -47,15 +59,24 @@ class BusConfig:
     Attributes:
         endpoint: Zenoh locator of the meeting point, unless ``config_file`` has its own endpoints.
         namespaces: Robots that the process acts for, each the first part of every key of its robot.
-        config_file: Zenoh JSON5 configuration laid over ours, key by key (TLS, access control, routers).
+        config_file: Zenoh JSON5 configuration laid over ours, key by key.
+        identity: Who this process is on a secured bus, where every process is a client of its router; None on an open
+            one.
     """
 
     endpoint: str = DEFAULT_ENDPOINT
     namespaces: tuple[str, ...] = (DEFAULT_NAMESPACE,)
     config_file: Path | None = None
+    identity: Identity | None = None
 
     def __post_init__(self) -> None:
-        """Refuse values that Zenoh could not use."""
+        """Refuse values that Zenoh could not use, and what would open a secured bus."""
+        if self.identity is not None and self.config_file is not None:
+            remedy = f"unset one of them; {IDENTITY_VARIABLE} brings all settings of a secured bus"
+            raise SpecError(CONFIG_VARIABLE, "", f"is set beside {IDENTITY_VARIABLE}", remedy)
+        if self.identity is not None and not self.endpoint.startswith(("tls/", "quic/")):
+            remedy = f"unset it: the access list has {self.identity.access.router}"
+            raise SpecError(ENDPOINT_VARIABLE, "", f"is {self.endpoint!r}, which is not secured", remedy)
         for namespace in self.namespaces:
             if not is_namespace(namespace):
                 raise SpecError(NAMESPACE_VARIABLE, "", f"is {namespace!r}", NAMESPACE_RULE)
@@ -76,11 +97,15 @@ class BusConfig:
         Raises:
             SpecError: One of them cannot be used.
         """
-        file = os.environ.get(CONFIG_VARIABLE)
+        file, name = os.environ.get(CONFIG_VARIABLE), os.environ.get(IDENTITY_VARIABLE)
+        identity = Identity.load(name) if name else None
+        meeting = identity.access.router if identity is not None else DEFAULT_ENDPOINT
+        own = identity.namespace if identity is not None and identity.namespace else DEFAULT_NAMESPACE
         return cls(
-            endpoint=os.environ.get(ENDPOINT_VARIABLE, DEFAULT_ENDPOINT),
-            namespaces=tuple(robots) or named_robots() or (DEFAULT_NAMESPACE,),
+            endpoint=os.environ.get(ENDPOINT_VARIABLE, meeting),
+            namespaces=tuple(robots) or named_robots() or (own,),
             config_file=Path(file) if file else None,
+            identity=identity,
         )
 
     @property
@@ -99,12 +124,32 @@ class BusConfig:
         """Return the configuration of the same bus, for these robots."""
         return replace(self, namespaces=namespaces)
 
+    def as_identity(self, identity: Identity | None) -> Self:
+        """Return the configuration of the same bus for a process of another identity."""
+        return replace(self, identity=identity)
+
     def environment(self) -> dict[str, str]:
         """Return the variables that hand this configuration to a child process."""
         variables = {ENDPOINT_VARIABLE: self.endpoint, NAMESPACE_VARIABLE: ",".join(self.namespaces)}
         if self.config_file:
             variables[CONFIG_VARIABLE] = str(self.config_file)
+        variables[IDENTITY_VARIABLE] = str(self.identity.folder) if self.identity is not None else ""
         return variables
+
+    def renewals(self) -> Iterator[Self | None]:
+        """Yield the configuration anew when certificate or access list have changed since the last look, else None.
+
+        Raises:
+            SpecError: They have become unusable.
+        """
+        assert self.identity is not None, "only a secured bus has them"
+        seen = _state_of(self.identity)
+        while True:
+            if (now := _state_of(self.identity)) == seen:
+                yield None
+            else:
+                seen = now
+                yield self.as_identity(Identity.load(self.identity.folder))
 
     def zenoh(self, node: str = "", patience_s: float = PATIENCE_S) -> Config:
         """Return the Zenoh session configuration of a process of this name.
@@ -114,15 +159,12 @@ class BusConfig:
         Raises:
             SpecError: The configuration file cannot be used.
         """
-        config, default = self._from_file(), zenoh.Config()
-        wanted = self._settings(node, patience_s)
+        if self.identity is not None:
+            return secured.secured_client(self.identity, self.endpoint, patience_s)
+        config = self._from_file()
         if json.loads(config.get_json("mode")) == "client":  # of a router, which may be on another machine
-            del wanted["listen/endpoints"]
-            wanted |= {"connect/endpoints": [self.endpoint], _LEASE: LEASE_MS}
-        for key, value in wanted.items():
-            if json.loads(config.get_json(key)) == json.loads(default.get_json(key)):
-                config.insert_json5(key, json.dumps(value))
-        return config
+            return _laid_over(config, client_settings(self.endpoint, patience_s))
+        return _laid_over(config, self._peer_settings(node, patience_s))
 
     def router(self) -> Config:
         """Return the configuration of a router at the meeting point; the file's mode does not matter.
@@ -130,40 +172,42 @@ class BusConfig:
         Raises:
             SpecError: The configuration file cannot be used.
         """
-        config, default = self._from_file(), zenoh.Config()
-        common = self._settings("", PATIENCE_S)
-        own = {"listen/endpoints": [self.endpoint], "listen/exit_on_failure": True, _LEASE: LEASE_MS}
-        for key, value in ({name: common[name] for name in _OF_ROUTERS} | own).items():
-            if json.loads(config.get_json(key)) == json.loads(default.get_json(key)):
-                config.insert_json5(key, json.dumps(value))
+        if self.identity is not None:
+            return secured.secured_router(self.identity, self.endpoint)
+        config = _laid_over(self._from_file(), router_settings(self.endpoint))
         config.insert_json5("mode", '"router"')
         return config
 
-    def at_door(self) -> Config | None:
-        """Return the configuration of a direct session with the robot at its own door, which nobody else can delay.
+    def own_door(self) -> Config:
+        """Return the configuration of a robot's own door on a secured bus.
 
-        The door is UDP, of which all sessions share one descriptor: the robot has room for it however many peers there
-        are. ``None`` where the configuration file leads elsewhere than to our endpoints.
+        Raises:
+            SpecError: The identity is not a robot's.
+        """
+        assert self.identity is not None, "on an open bus the door is a listener of the robot's only session"
+        return secured.secured_door(self.identity, self.endpoint)
+
+    def doors(self) -> tuple[Door, ...]:
+        """Return the robots' own doors, where nobody else can delay an order.
+
+        A door is UDP, of which all sessions share one descriptor: the robot has room for it however many peers there
+        are. On an open bus all robots of this machine share one; none where the configuration file leads elsewhere
+        than to our endpoints.
 
         Raises:
             SpecError: The configuration file cannot be used.
         """
+        if self.identity is not None:
+            doors = secured.doors(self.identity, self.endpoint).items()
+            return tuple(Door(door, secured.secured_at_door(self.identity, door), name) for name, door in doors)
         settings, door = self.zenoh(), _door(self.endpoint)
         if door is None or json.loads(settings.get_json("mode")) != "peer":
-            return None
+            return ()
         if self.endpoint not in endpoints(settings, "connect"):
-            return None
-        for key, value in {
-            "mode": "client",
-            "listen/endpoints": [],
-            "connect/endpoints": [door],
-            "connect/timeout_ms": 0,
-            "connect/exit_on_failure": True,
-            # The robot answers within milliseconds or hangs; then another try is better than a longer one.
-            "transport/unicast/open_timeout": 300,
-        }.items():
+            return ()
+        for key, value in door_client_settings(door).items():
             settings.insert_json5(key, json.dumps(value))
-        return settings
+        return (Door(door, settings),)
 
     def _from_file(self) -> Config:
         """Return the configuration file's settings; Zenoh's own defaults for the rest."""
@@ -178,33 +222,40 @@ class BusConfig:
             ) from error
         return config
 
-    def _settings(self, node: str, patience_s: float) -> dict[str, Any]:
+    def _peer_settings(self, node: str, patience_s: float) -> dict[str, Any]:
         own = [beside(self.endpoint)] if node == ROBOT_SIM else []
         last = [door] if node == ROBOT_SIM and (door := _door(self.endpoint)) else []
-        retry = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 1.5}
         return {
+            **common_settings(patience_s),
             "mode": "peer",
-            "scouting/multicast/enabled": False,
             # Opening waits this long for peers to show up; on loopback they do within milliseconds.
             "scouting/delay": 100,
             "listen/endpoints": [self.endpoint, *own, "tcp/127.0.0.1:0", *last],
             # Only one peer can have the meeting point; the others go on trying, so that one takes over if it dies.
             "listen/exit_on_failure": False,
             "listen/timeout_ms": 0,
-            "listen/retry": retry,
+            "listen/retry": RETRY,
             # Whoever keeps the meeting point may hang: the robot is met at its own door, too.
             "connect/endpoints": [self.endpoint, beside(self.endpoint)],
             "connect/exit_on_failure": False,
             "connect/timeout_ms": -1,
-            "connect/retry": retry,
-            "transport/shared_memory/enabled": False,
-            "transport/link/tx/queue/congestion_control/block/wait_before_close": round(1e6 * patience_s),
-            # Nothing honest is larger; more would be put together in memory before anybody could refuse it.
-            "transport/link/rx/max_message_size": MAX_MESSAGE_BYTES,
-            # Silent connections are soon closed, so that they do not take others' places.
-            "transport/unicast/accept_timeout": 3000,
-            "transport/unicast/accept_pending": 4000,
+            "connect/retry": RETRY,
         }
+
+
+def _state_of(identity: Identity) -> tuple[int, ...]:
+    """Return what changes with the files of an identity: their times, 0 for what is just being replaced."""
+    files = (identity.certificate, identity.key, identity.folder / ACCESS_FILE)
+    return tuple(file.stat().st_mtime_ns if file.exists() else 0 for file in files)
+
+
+def _laid_over(config: Config, wanted: dict[str, Any]) -> Config:
+    """Return our settings with those of a file laid over them: what differs from Zenoh's defaults."""
+    default = zenoh.Config()
+    for key, value in wanted.items():
+        if json.loads(config.get_json(key)) == json.loads(default.get_json(key)):
+            config.insert_json5(key, json.dumps(value))
+    return config
 
 
 def named_robots() -> tuple[str, ...]:

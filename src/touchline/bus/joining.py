@@ -13,7 +13,7 @@ from typing import Final
 
 import zenoh
 
-from touchline.bus.config import BusConfig
+from touchline.bus.config import BusConfig, Door
 from touchline.bus.remote_access import beyond_loopback, endpoints, is_loopback, split
 from touchline.schemas.bus_variables import ENDPOINT_VARIABLE
 from touchline.schemas.errors import TouchlineError
@@ -71,18 +71,33 @@ def leave(session: zenoh.Session, wait_s: float = _LEAVE_S) -> None:
     thread.join(wait_s)
 
 
-def join_at_door(config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:
+def join_at_door(config: BusConfig, door: Door, stop: Callable[[], bool]) -> zenoh.Session:
     """Open a session with the robot alone; use :meth:`touchline.bus.Bus.open_at_door`.
 
     Raises:
-        SpecError: The configuration cannot be used.
-        TouchlineError: The robot has no such door, or nobody answers there.
+        TouchlineError: Nobody answers there.
         KeyboardInterrupt: ``stop()`` was true first.
     """
-    settings = config.at_door()
-    if settings is None:
-        raise TouchlineError(f"a robot of the bus at {config.endpoint} has no door of its own")
-    return _opened(settings, config, stop)
+    return _opened(door.settings, config, stop)
+
+
+def listen(settings: zenoh.Config, what: str) -> zenoh.Session:
+    """Open a session that others join.
+
+    Args:
+        settings: Its configuration.
+        what: What it is, for the error.
+
+    Raises:
+        TouchlineError: It cannot listen there.
+    """
+    zenoh.init_log_from_env_or("off")
+    try:
+        return zenoh.open(settings)
+    except zenoh.ZError as error:
+        reason = str(error).partition(" at /")[0]  # the rest is a place in Zenoh's own source
+        where = ", ".join(endpoints(settings, "listen"))
+        raise TouchlineError(f"{what} cannot listen on {where}: {reason}") from error
 
 
 def _opened(settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:

@@ -1,30 +1,51 @@
-"""Router of a bus that spans several machines: every process is its client, and it passes on their messages."""
+"""Router of a bus that spans several machines or is secured: every process is its client."""
 
-from collections.abc import Iterator
+import logging
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-import zenoh
-
 from touchline.bus.config import BusConfig
+from touchline.bus.joining import leave, listen
 from touchline.bus.remote_access import endpoints
 from touchline.schemas.errors import TouchlineError
 
+_LOG = logging.getLogger(__name__)
+
 
 @contextmanager
-def open_router(config: BusConfig) -> Iterator[str]:
-    """Route at the meeting point of a bus until the context is left; yield where it listens.
+def open_router(config: BusConfig) -> Iterator[tuple[str, Callable[[], None]]]:
+    """Route at the meeting point of a bus until the context is left.
+
+    Yields:
+        Where it listens, and a function to be called now and then: it opens a secured router's session anew when
+        its certificate or the access list have changed, which interrupts all links for a fifth of a second.
 
     Raises:
         SpecError: The configuration cannot be used.
         TouchlineError: It cannot listen there.
     """
-    zenoh.init_log_from_env_or("off")
     settings = config.router()
-    where = ", ".join(endpoints(settings, "listen"))
+    sessions = [listen(settings, "the router")]
+    renewals = config.renewals() if config.identity is not None else None
+
+    def look() -> None:
+        nonlocal renewals
+        if renewals is None:
+            return
+        try:
+            if (renewed := next(renewals)) is not None:
+                again = renewed.router()
+                leave(sessions.pop())
+                sessions.append(listen(again, "the router"))
+                _LOG.info("certificate or access list have changed: all links were opened anew")
+        except TouchlineError as error:
+            if not sessions:
+                raise
+            _LOG.error("the old access list stays in force: %s", error)
+            renewals = config.renewals()
+
     try:
-        session = zenoh.open(settings)
-    except zenoh.ZError as error:
-        reason = str(error).partition(" at /")[0]  # the rest is a place in Zenoh's own source
-        raise TouchlineError(f"the router cannot listen on {where}: {reason}") from error
-    with session:
-        yield where
+        yield ", ".join(endpoints(settings, "listen")), look
+    finally:
+        for session in sessions:
+            leave(session)

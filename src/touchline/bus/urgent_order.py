@@ -5,12 +5,14 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from functools import partial
 from queue import Empty, SimpleQueue
-from typing import Final, Generic, TypeAlias
+from typing import Final, Generic
 
 from touchline.bus.bus import Bus
-from touchline.bus.calls import CallError
-from touchline.bus.config import BusConfig
+from touchline.bus.calls import AccessError, CallError
+from touchline.bus.config import BusConfig, Door
+from touchline.bus.identity_check import check_identity
 from touchline.bus.stop_proof import StopProof, proves
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError, TouchlineError
@@ -26,8 +28,6 @@ _PAUSE_S: Final = 0.02
 _POLL_S: Final = 0.005
 #: Time in which a newcomer on the bus learns of all of its robots.
 _FOUND_S: Final = 0.5
-
-_Path: TypeAlias = Callable[[], AbstractContextManager[Bus]]
 
 
 class _DoneError(Exception):
@@ -72,13 +72,16 @@ def repeat_until_acknowledged(
 
     Raises:
         SpecError: The bus configuration cannot be used.
+        AccessError: One of them refuses it to this role.
         CallError: Not acknowledged by all of them within the order's patience.
         PayloadError: An answer is not a response of this service.
     """
-    asked = _Asked(order, config.namespaces)
+    check_identity(node, config)
+    doors = config.doors()
+    asked = _Asked(order, config.namespaces, {door.namespace for door in doors if door.namespace})
     threads = [
-        threading.Thread(target=asked.repeat, args=path, name="order", daemon=True)
-        for path in _paths(node, config, asked.done.is_set)
+        threading.Thread(target=asked.repeat, args=(path,), name="order", daemon=True)
+        for path in _paths(order, node, config, doors, asked.done.is_set)
     ]
     begun = time.monotonic()
     for thread in threads:
@@ -97,12 +100,38 @@ def repeat_until_acknowledged(
         asked.done.set()  # the threads leave by themselves: the caller waits for the answers only
 
 
-def _paths(node: str, config: BusConfig, stop: Callable[[], bool]) -> Iterable[tuple[_Path, float, bool]]:
-    """Return the paths to the robots, the longest duration of a query, and whether that path meets all robots."""
-    config = config.of(config.namespaces[0])
-    yield lambda: Bus.open(node, config, stop), _AMONG_ALL_S, True
-    if config.at_door() is not None:
-        yield lambda: Bus.open_at_door(node, config, stop), _AT_DOOR_S, False
+@dataclass(frozen=True)
+class _Path:
+    """Path to robots.
+
+    Attributes:
+        join: Joins the bus by this path.
+        attempt_s: Longest duration of a query.
+        door: The robot's own door to which it leads; None if it meets all robots.
+    """
+
+    join: Callable[[], AbstractContextManager[Bus]]
+    attempt_s: float
+    door: Door | None = None
+
+    def leads_to(self, robots: set[str]) -> set[str]:
+        """Return those of the robots that may be met by this path."""
+        return robots & {self.door.namespace} if self.door is not None and self.door.namespace else robots
+
+
+def _paths(
+    order: UrgentOrder[Request, Response],
+    node: str,
+    config: BusConfig,
+    doors: Iterable[Door],
+    stop: Callable[[], bool],
+) -> Iterable[_Path]:
+    wanted, config = set(config.namespaces), config.of(config.namespaces[0])
+    yield _Path(lambda: Bus.open(node, config, stop), _AMONG_ALL_S)
+    for door in doors:
+        path = _Path(partial(Bus.open_at_door, node, config, door, stop), _AT_DOOR_S, door)
+        if order.everyone or path.leads_to(wanted):
+            yield path
 
 
 class _Asked(Generic[Request, Response]):
@@ -110,17 +139,23 @@ class _Asked(Generic[Request, Response]):
 
     Attributes:
         done: Set when no more queries are to be sent.
+
+    Args:
+        order: The order.
+        robots: The robots that are asked first.
+        everybody: All robots that may join the bus, if that is known: none can be missing when they have answered.
     """
 
-    def __init__(self, order: UrgentOrder[Request, Response], robots: Iterable[str]) -> None:
+    def __init__(self, order: UrgentOrder[Request, Response], robots: Iterable[str], everybody: set[str]) -> None:
         self.done = threading.Event()
         self._order = order
         self._lock = threading.Lock()
         self._wanted = set(robots)
         self._answered: set[str] = set()
         self._all_found = not order.everyone
+        self._everybody = everybody
         self._problem = ""
-        self._answers: SimpleQueue[tuple[str, Response] | PayloadError] = SimpleQueue()
+        self._answers: SimpleQueue[tuple[str, Response] | AccessError | PayloadError] = SimpleQueue()
 
     @property
     def problem(self) -> str:
@@ -136,7 +171,7 @@ class _Asked(Generic[Request, Response]):
     @property
     def finished(self) -> bool:
         """True if all have answered, and all answers have been taken."""
-        return self._all_found and not self._missing() and self._answers.empty()
+        return self._all_answered() and self._answers.empty()
 
     def answer(self, timeout_s: float) -> tuple[str, Response] | None:
         """Return the next answer; ``None`` if it takes longer, or all have answered."""
@@ -148,57 +183,56 @@ class _Asked(Generic[Request, Response]):
                 if self.finished or time.monotonic() >= deadline:
                     return None
                 continue
-            if isinstance(answer, PayloadError):
+            if isinstance(answer, AccessError | PayloadError):
                 raise answer
             return answer
 
-    def repeat(self, path: _Path, attempt_s: float, meets_all: bool) -> None:
+    def repeat(self, path: _Path) -> None:
         """Ask by one path until everybody has answered, or it is done."""
         while not self.done.is_set():
             try:
-                with path() as bus:
-                    self._ask(bus, attempt_s, meets_all)
+                with path.join() as bus:
+                    self._ask(bus, path)
             except TouchlineError as error:
-                if meets_all:
+                if path.door is None:
                     self._problem = str(error)
             except (_DoneError, KeyboardInterrupt):
                 return
             self.done.wait(_PAUSE_S)
 
-    def _ask(self, bus: Bus, attempt_s: float, meets_all: bool) -> None:
+    def _ask(self, bus: Bus, path: _Path) -> None:
         """Ask all robots that have not answered, and those found meanwhile, side by side."""
         roster, begun = bus.roster(), time.monotonic()
         buses, asking = {bus.namespace: bus}, dict[str, threading.Thread]()
         while not self.done.is_set() and (missing := self._missing() or not self._all_found):
             if self._order.everyone:
                 roster.poll()
-                self._find(
-                    roster.robots({topics.ROBOT_SIM, topics.REPLAY}), meets_all and roster.counted_s > begun + _FOUND_S
-                )
-            for robot in self._missing() - asking.keys():
+                all_found = path.door is None and roster.counted_s > begun + _FOUND_S
+                self._find(roster.robots({topics.ROBOT_SIM, topics.REPLAY}), all_found)
+            for robot in path.leads_to(self._missing()) - asking.keys():
                 buses[robot] = buses.get(robot) or bus.of(robot)
                 asking[robot] = threading.Thread(
-                    target=self._call, args=(buses[robot], attempt_s, meets_all), name="order", daemon=True
+                    target=self._call, args=(buses[robot], path), name="order", daemon=True
                 )
                 asking[robot].start()
             if missing and not any(thread.is_alive() for thread in asking.values()):
-                if time.monotonic() - begun > attempt_s:
+                if time.monotonic() - begun > path.attempt_s:
                     break
                 asking = {robot: thread for robot, thread in asking.items() if robot not in self._missing()}
             time.sleep(_POLL_S)
         for thread in asking.values():
             thread.join()
 
-    def _call(self, bus: Bus, attempt_s: float, telling: bool) -> None:
-        robot, proof = bus.namespace, StopProof(bus, at_door=not telling)
+    def _call(self, bus: Bus, path: _Path) -> None:
+        robot, proof = bus.namespace, StopProof(bus, at_door=path.door is not None)
         try:
-            answer = bus.call(self._order.service, self._order.request, attempt_s, lambda: self._go_on(robot))
-            if problem := self._doubt(bus, answer, attempt_s, proof):
+            answer = bus.call(self._order.service, self._order.request, path.attempt_s, lambda: self._go_on(robot))
+            if problem := self._doubt(bus, answer, path.attempt_s, proof):
                 raise CallError(problem)
-        except PayloadError as error:
+        except (AccessError, PayloadError) as error:
             self._answers.put(error)
         except TouchlineError as error:
-            if telling:
+            if path.door is None:
                 self._problem = str(error)
         except _DoneError:
             pass
@@ -226,6 +260,11 @@ class _Asked(Generic[Request, Response]):
             if all_found and robots:
                 self._wanted &= {*robots, *self._answered}
                 self._all_found = True
+
+    def _all_answered(self) -> bool:
+        with self._lock:
+            everybody = bool(self._everybody) and self._everybody <= self._answered
+            return everybody or (self._all_found and not self._wanted - self._answered)
 
     def _missing(self) -> set[str]:
         with self._lock:

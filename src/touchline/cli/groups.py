@@ -9,6 +9,8 @@ from typing import Any, get_type_hints
 import typer
 from typer.models import CommandInfo
 
+from touchline.cli.bus_options import with_bus_options
+from touchline.cli.overview import ON_BUS
 from touchline.cli.verbosity import with_verbosity
 
 
@@ -49,14 +51,15 @@ def in_panel(app: typer.Typer, name: str) -> None:
     for command in app.registered_commands:
         if not isinstance(command.rich_help_panel, str):
             command.rich_help_panel = name
-            _add_verbosity(command)
+            _add_common(command, command.name or "")
     for group in app.registered_groups:
         if not isinstance(group.rich_help_panel, str):
             group.rich_help_panel = name
             for command in group.typer_instance.registered_commands if group.typer_instance else ():
-                _add_verbosity(command)
+                _add_common(command, group.name or "")
 
 
-def _add_verbosity(command: CommandInfo) -> None:
+def _add_common(command: CommandInfo, name: str) -> None:
     if command.callback is not None:
-        command.callback = with_verbosity(command.callback)
+        own = with_bus_options(command.callback) if name in ON_BUS else command.callback
+        command.callback = with_verbosity(own)

@@ -77,6 +77,12 @@ LogsOption = Annotated[
         file_okay=False,
     ),
 ]
+SecureOption = Annotated[
+    bool,
+    typer.Option(
+        "--secure", help="Mutual TLS and access control, with identities from the folder of keys (`touchline keys`)."
+    ),
+]
 SupervisorOption = Annotated[
     int | None,
     typer.Option("--supervisor", hidden=True, help="End when the process with this id is no longer the parent."),

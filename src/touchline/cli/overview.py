@@ -52,6 +52,16 @@ PANELS: dict[str, dict[str, tuple[str, ...]]] = {
     },
 }
 
+#: Those that join a bus.
+ON_BUS = frozenset(
+    (
+        *("run", "goto", "fleet"),
+        *(name for names in PANELS["The running system"].values() for name in names),
+        *("record", "replay", "playback", "echo", "hz"),
+        *(name for names in PANELS["Processes, each alone"].values() for name in names),
+    )
+)
+
 
 def bare() -> typer.Typer:
     """Return the command without subcommands."""

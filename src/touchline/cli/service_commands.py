@@ -140,15 +140,16 @@ def coordinator(
         run_service(scenario, lockstep=lockstep, supervisor=supervisor)
 
 
-def router(logs: LogsOption = None) -> None:
+def router(logs: LogsOption = None, supervisor: SupervisorOption = None) -> None:
     """Run the router of a bus that spans several machines, at $TOUCHLINE_ENDPOINT, until Ctrl-C."""
     from touchline.bus.router import open_router
     from touchline.supervision.shutdown import until_stopped
 
     config = BusConfig.from_environment()
-    with service_log("router", (), logs), until_stopped() as stop, open_router(config) as where:
+    with service_log("router", (), logs), until_stopped(supervisor) as stop, open_router(config) as (where, look):
         logging.getLogger(__name__).info("listens on %s", where)
         while not stop:
+            look()
             time.sleep(_LOOK_S)
 
 

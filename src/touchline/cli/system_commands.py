@@ -1,6 +1,7 @@
 """``touchline up|status|down``: the whole system on this machine."""
 
 import sys
+from contextlib import nullcontext
 from dataclasses import asdict, astuple, dataclass
 from typing import Annotated, Any
 
@@ -10,6 +11,7 @@ from rich.table import Table
 
 from touchline.bus import Bus, BusConfig, CallError
 from touchline.bus.config import named_robots
+from touchline.bus.secured_check import check_secured
 from touchline.cli.choices import SetupChoice
 from touchline.cli.display import print_event, print_json, print_line, print_table, say
 from touchline.cli.foxglove_choice import FoxgloveChoice
@@ -20,6 +22,7 @@ from touchline.cli.options import (
     LogsOption,
     RecordingsOption,
     RobotsOption,
+    SecureOption,
     SomeRobotsOption,
     speed_factor,
 )
@@ -28,8 +31,10 @@ from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import GetDiagnosticsRequest, ReplayStatus, TraversalStatus
 from touchline.schemas.plain_text import plain
+from touchline.schemas.roles import Role
 from touchline.supervision.diagnostics import read_health
 from touchline.supervision.running_system import only_one, running_pid, stop_running
+from touchline.supervision.secured_system import renewed, system_identities
 from touchline.supervision.shutdown import until_stopped
 from touchline.supervision.temporary_system import ProcessOptions, local_system, publish_notices, severity_of
 
@@ -56,6 +61,7 @@ def up(
     viewers: FoxgloveChoice,
     fleet: RobotsOption = None,
     apart: Annotated[bool, typer.Option("--apart", help="Run each robot in its own process.")] = False,
+    secure: SecureOption = False,
     speed: Annotated[
         str, typer.Option(metavar="FACTOR", help="Pace, × real time, or `max`; the console can change it.")
     ] = "1",
@@ -69,7 +75,10 @@ def up(
     viewers.check_free()
     shown = [config for config in (viewers.with_clock(ros.gateway()), viewers.server()) if config is not None]
     robots = robot.chosen_robots(fleet, config.namespaces)
-    if not apart:
+    identities = system_identities(list(robots)) if secure else {}
+    if identities:
+        config = BusConfig(identities[Role.SUPERVISOR].access.router)
+    elif not apart:
         check_together(robots)
     config = config.of(*robots)
     speed_factor(speed)  # refused here rather than by a process that would be restarted again and again
@@ -80,14 +89,23 @@ def up(
             robots,
             config,
             ProcessOptions(
-                ["--speed", speed], [each for one in shown for each in one.arguments()], recordings, apart, logs=logs
+                ["--speed", speed],
+                [each for one in shown for each in one.arguments()],
+                recordings,
+                apart,
+                logs=logs,
+                identities=identities,
             ),
             join_as=topics.SUPERVISOR,  # not as one who could stop a robot: that is who has a console
         ) as system,
+        renewed(list(robots)) if secure else nullcontext(),
     ):
         if system.wait_until_ready(say, lambda: bool(stop)):
+            if identities:
+                check_secured(system.bus.config.of(*robots), identities[Role.OBSERVER])
             which = f" with {', '.join(robots)}" if len(robots) > 1 else ""
-            say(f"Touchline is up on {config.endpoint}{which}; open a console with `touchline tui`, stop with Ctrl-C")
+            console = f"`touchline tui{f' --identity {identities[Role.OPERATOR].name}' if identities else ''}`"
+            say(f"Touchline is up on {config.endpoint}{which}; open a console with {console}, stop with Ctrl-C")
             for where in (ros.notice(config.namespaces), viewers.notice()):
                 if where:
                     say(where)

@@ -15,7 +15,8 @@ from touchline.supervision.private_folder import open_private, run_folder
 
 
 def _lock_path(config: BusConfig) -> Path:
-    return run_folder() / f"{_file_name(config.endpoint)}-{_file_name(config.namespace)}.pid"
+    address = config.endpoint.partition("/")[2]  # of an open or a secured bus: there is room for one of them
+    return run_folder() / f"{_file_name(address)}-{_file_name(config.namespace)}.pid"
 
 
 def _file_name(text: str) -> str:

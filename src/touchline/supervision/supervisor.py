@@ -18,6 +18,7 @@ from typing import NamedTuple
 from touchline.bus import BusConfig
 from touchline.bus.presence import Presence
 from touchline.schemas.plain_text import plain
+from touchline.security.identity import Identity
 from touchline.supervision.heartbeat import HANGS_S, VARIABLE, HeartbeatWatch
 from touchline.supervision.private_folder import open_private
 from touchline.supervision.processor_use import processor_use
@@ -64,6 +65,8 @@ class Child:
         patience_s: Time without a turn of its loop after which it is killed and restarted.
         robot: Namespace of the one robot that it serves; empty if it serves all of the system's.
         beside: Further namespaces that it serves.
+        identity: Who it is on a secured bus.
+        carries_all: Whether all others' messages go through it: it starts first and ends last.
     """
 
     node: str
@@ -71,6 +74,8 @@ class Child:
     patience_s: float
     robot: str = ""
     beside: tuple[str, ...] = ()
+    identity: Identity | None = None
+    carries_all: bool = False
     process: subprocess.Popen[bytes] | None = None
     ended: subprocess.Popen[bytes] | None = None
     """The process before, of which something may still run: the robot's sender, that publishes the last messages."""
@@ -118,10 +123,22 @@ class Supervisor:
         self._logs = logs
         folder.mkdir(parents=True, exist_ok=True)
 
-    def start(self) -> None:
-        """Start the process of every service."""
+    def start_first(self) -> None:
+        """Start the processes through which all others' messages go."""
         for child in self.children:
-            self._spawn(child)
+            if child.carries_all:
+                self._spawn(child)
+
+    @property
+    def carries(self) -> bool:
+        """Whether these have begun their work."""
+        return all(each.heartbeat is not None and each.heartbeat.begun for each in self.children if each.carries_all)
+
+    def start(self) -> None:
+        """Start the process of every other service."""
+        for child in self.children:
+            if not child.carries_all:
+                self._spawn(child)
 
     def poll(self, presences: Mapping[str, Presence] | None = None) -> list[Notice]:
         """Restart what died or hangs; return the events.
@@ -131,6 +148,10 @@ class Supervisor:
         """
         notices: list[Notice] = []
         now = time.monotonic()
+        if not self._messages_carried(now):
+            presences = None
+            for child in self.children:
+                child.missing_since = None
         for child in self.children:
             if child.process is None:
                 if child.restart_at is not None and now >= child.restart_at:
@@ -143,6 +164,13 @@ class Supervisor:
             else:
                 notices += self._minded(child, child.process, presences, now)
         return notices
+
+    def _messages_carried(self, now: float) -> bool:
+        """Return whether the others can be heard: a router that was frozen or away says nothing of them."""
+        carriers = [child for child in self.children if child.carries_all]
+        return all(
+            each.process is not None and not each.hangs and now - each.started_at > _UNREACHABLE_S for each in carriers
+        )
 
     def pid(self, node: str, robot: str = "") -> int | None:
         """Return the process id of ``node``, or of that robot's, if it runs."""
@@ -160,7 +188,12 @@ class Supervisor:
 
     def stop(self) -> None:
         """Ask every service to end, and kill those that do not."""
-        running = [child.process for child in self.children if child.process is not None]
+        self._stop([child for child in self.children if not child.carries_all])
+        self._stop([child for child in self.children if child.carries_all])
+
+    @staticmethod
+    def _stop(children: Sequence[Child]) -> None:
+        running = [child.process for child in children if child.process is not None]
         for process in running:
             process.terminate()
             process.send_signal(signal.SIGCONT)  # a stopped one could not handle the signal
@@ -170,7 +203,7 @@ class Supervisor:
                 process.wait(max(0.0, deadline - time.monotonic()))
             _kill_group(process)
             process.wait()
-        for child in self.children:
+        for child in children:
             if child.ended is not None:
                 _kill_group(child.ended)
             child.process = child.ended = child.restart_at = None
@@ -219,7 +252,8 @@ class Supervisor:
 
     def _config_of(self, child: Child) -> BusConfig:
         served = (child.robot,) if child.robot else self._config.namespaces
-        return self._config.of(*served, *child.beside)
+        config = self._config.of(*served, *child.beside)
+        return config.as_identity(child.identity) if child.identity is not None else config
 
     def _schedule_restart(self, child: Child, now: float) -> None:
         child.failures = 0 if now - child.started_at > _HEALTHY_S else child.failures + 1

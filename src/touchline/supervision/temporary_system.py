@@ -5,7 +5,7 @@ import threading
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from touchline.bus import Bus, BusConfig, HealthReporter
@@ -16,7 +16,9 @@ from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.fleet import Fleet
 from touchline.schemas.messages import DiagnosticArray, Event, Header, Time
+from touchline.schemas.roles import Role
 from touchline.schemas.setup import Setup
+from touchline.security.identity import Identity
 from touchline.supervision.service_log import log_folder
 from touchline.supervision.supervisor import Child, Notice, Supervisor
 
@@ -138,6 +140,7 @@ class ProcessOptions:
         without: Nodes that this job does not need and that are not started.
         coordinator: Options of ``touchline coordinator``, if there is to be one.
         logs: Folder of the services' log files; by default that of the user.
+        identities: Of a secured system's processes, by role, and of its robots, by namespace; none of an open one.
     """
 
     robot_sim: Sequence[str] = ()
@@ -147,6 +150,7 @@ class ProcessOptions:
     without: Collection[str] = ()
     coordinator: Sequence[str] | None = None
     logs: Path | None = None
+    identities: Mapping[Role | str, Identity] = field(default_factory=dict)
 
 
 _USUAL = ProcessOptions()
@@ -172,7 +176,11 @@ def local_system(
             another time: what their journals hold, such as an emergency stop, is kept for that.
     """
     lasting = config is not None and join_as == topics.SUPERVISOR
-    config = (config or BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")).of(*robots)
+    identities = options.identities
+    protocol = "tls" if identities else "tcp"
+    config = (config or BusConfig(endpoint=f"{protocol}/127.0.0.1:{free_port()}")).of(*robots)
+    if identities:
+        config = config.as_identity(identities[topics.ROLE_OF_NODE[join_as]])
     recordings = (options.recordings or Path()).absolute()
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
         state = Path(folder)
@@ -186,26 +194,49 @@ def local_system(
         if options.coordinator is not None:
             command = ["coordinator", *options.coordinator]
             children.append(Child(topics.COORDINATOR, command, _PATIENCE_S, topics.TEAM_NAMESPACE))
-        # The bus first: an unusable endpoint is reported before anything is started.
-        with Bus.open_all(join_as, config) as buses:
-            supervisor = Supervisor(children, config, state, (options.logs or log_folder()).absolute())
-            supervisor.start()
-            try:
-                health = [HealthReporter(bus) for bus in buses] if join_as == topics.SUPERVISOR else []
-                presences = {bus.namespace: bus.presence() for bus in buses}
-                if options.coordinator is not None:
-                    presences[topics.TEAM_NAMESPACE] = buses[0].of(topics.TEAM_NAMESPACE).presence()
-                serving = [node for node in topics.SERVING if node not in options.without]
-                yield LocalSystem(buses, supervisor, presences, serving, health)
-            finally:
-                supervisor.stop()
+        if identities:
+            children = [Child(Role.ROUTER, ["router"], _ROBOT_PATIENCE_S, carries_all=True), *children]
+            for child in children:
+                child.identity = child.identity or identities[topics.ROLE_OF_NODE.get(child.node, child.node)]
+        supervisor = Supervisor(children, config, state, (options.logs or log_folder()).absolute())
+        try:
+            _start_router(supervisor)
+            # The bus before the other processes: an unusable endpoint is reported before anything is started.
+            with Bus.open_all(join_as, config) as buses:
+                supervisor.start()
+                try:
+                    health = [HealthReporter(bus) for bus in buses] if join_as == topics.SUPERVISOR else []
+                    presences = {bus.namespace: bus.presence() for bus in buses}
+                    if options.coordinator is not None:
+                        presences[topics.TEAM_NAMESPACE] = buses[0].of(topics.TEAM_NAMESPACE).presence()
+                    serving = [node for node in topics.SERVING if node not in options.without]
+                    yield LocalSystem(buses, supervisor, presences, serving, health)
+                finally:
+                    supervisor.stop()  # while their messages are still heard here
+        finally:
+            supervisor.stop()
+
+
+def _start_router(supervisor: Supervisor) -> None:
+    """Start what carries all messages, and wait until it does.
+
+    Raises:
+        TouchlineError: It has died.
+    """
+    supervisor.start_first()
+    while not supervisor.carries:
+        for notice in supervisor.poll():
+            if notice.kind == "died":
+                raise TouchlineError(f"{notice.text}; its last words:\n{supervisor.log_tail(notice.node)}")
+        time.sleep(_WATCH_PERIOD_S)
 
 
 def _robot_children(
     robots: Mapping[str, Setup], options: ProcessOptions, folder: Path, *, lasting: bool
 ) -> list[Child]:
     """Return the robots' process, or processes; robots of one job end with it, and so do their journals."""
-    groups = [{name: setup} for name, setup in robots.items()] if options.apart else [dict(robots)]
+    apart = options.apart or bool(options.identities)
+    groups = [{name: setup} for name, setup in robots.items()] if apart else [dict(robots)]
     children = []
     for number, group in enumerate(groups):
         path = folder / f"robots-{number}.json"
@@ -213,7 +244,8 @@ def _robot_children(
         journal = [] if lasting else ["--journal", str(folder)]
         alone = next(iter(group)) if len(groups) > 1 else ""
         command = ["robot-sim", "--robots", str(path), *options.robot_sim, *journal]
-        children.append(Child(topics.ROBOT_SIM, command, _ROBOT_PATIENCE_S, alone))
+        own = options.identities.get(next(iter(group)))
+        children.append(Child(topics.ROBOT_SIM, command, _ROBOT_PATIENCE_S, alone, identity=own))
     return children
 
 
