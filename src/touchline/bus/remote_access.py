@@ -1,19 +1,47 @@
-"""Detection of buses that can be reached from other machines."""
+"""Detection of buses that can be reached from other machines, which are refused unless they are asked for."""
 
 import ipaddress
 import json
+import logging
+import os
 from typing import Any, Final
 
 import zenoh
 
+from touchline.schemas.bus_variables import OPEN_VARIABLE
+from touchline.schemas.errors import TouchlineError
+
+_LOG: Final = logging.getLogger(__name__)
+SECURED_PROTOCOLS: Final = frozenset(("tls", "quic"))
+"""Links with TLS."""
 #: Links that never leave the machine.
 _LOCAL_PROTOCOLS: Final = frozenset(("unixsock-stream", "unixpipe", "vsock"))
 
 
+def check_exposure(config: zenoh.Config) -> None:
+    """Refuse an open bus that other machines can reach, unless the environment allows it; then warn.
+
+    Raises:
+        TouchlineError: They can, and nobody has allowed it.
+    """
+    paths = beyond_loopback(config)
+    if not paths:
+        return
+    exposed = f"this bus can be reached from other machines: {'; '.join(paths)}"
+    if os.environ.get(OPEN_VARIABLE) not in ("1", "true"):
+        remedy = "secure it (docs/guides/security.md), or allow it with --open-to-network"
+        raise TouchlineError(f"{exposed}. Anybody there could drive the robots: {remedy}")
+    _LOG.warning("%s. Anybody there can stop, start and steer the robots, and forge what they say", exposed)
+
+
 def beyond_loopback(config: zenoh.Config) -> list[str]:
     """Return how a session of this configuration reaches, or is reached from, other machines; empty if it does not."""
-    paths = [f"it listens on {locator}" for locator in endpoints(config, "listen") if not is_loopback(locator)]
-    paths += [f"it connects to {locator}" for locator in endpoints(config, "connect") if not is_loopback(locator)]
+    paths = [
+        f"it {verb} {locator}"
+        for side, verb in (("listen", "listens on"), ("connect", "connects to"))
+        for locator in endpoints(config, side)
+        if not is_loopback(locator) and not _has_mutual_tls(config, locator)
+    ]
     if json.loads(config.get_json("scouting/multicast/enabled")) is not False:
         paths.append("multicast scouting is on")
     return paths
@@ -34,6 +62,12 @@ def is_loopback(locator: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+def _has_mutual_tls(config: zenoh.Config, locator: str) -> bool:
+    """Return whether a file of Zenoh settings has secured a locator by hand."""
+    mutual = json.loads(config.get_json("transport/link/tls/enable_mtls")) is True
+    return mutual and split(locator)[0] in SECURED_PROTOCOLS
 
 
 def split(locator: str) -> tuple[str, str, str]:

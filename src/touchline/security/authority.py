@@ -48,6 +48,7 @@ _PROCESSES: Final = (
     Role.COORDINATOR,
     Role.RECORDER,
     Role.GATEWAY,
+    Role.OBSERVER,
     Role.VIEWER,
 )
 
