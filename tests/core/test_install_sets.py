@@ -23,6 +23,7 @@ MODULES = {
     "numba": ("llvmlite", "numba"),
     "plot": ("matplotlib",),
     "scipy": ("scipy",),
+    "secure": ("cryptography",),
     "sim": ("daqp", "jinja2", "shapely"),
 }
 SQUARE = "examples/sessions/square.mcap"
@@ -117,6 +118,7 @@ def test_commands_that_lack_packages_say_so_in_a_line() -> None:
         "echo --robot tt2 clock",
         "tui",
         "bridge",
+        "keys init",
     )
     for (code, said), command in zip(done_with((), *commands), commands, strict=True):
         assert code == 2 and said.startswith("error: ") and " pip install '" in said, (command, said)
