@@ -2,11 +2,11 @@
 
 import stat
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from hashlib import sha256
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from touchline.recordings.parts import with_followers
 from touchline.recordings.recorded import Damage
@@ -65,6 +65,15 @@ class Verification:
 
     verdict: SealVerdict
     files: tuple[SealedPart, ...]
+
+    @property
+    def good(self) -> bool:
+        """Whether it is what was recorded, all of it."""
+        return self.verdict is SealVerdict.AS_RECORDED
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as a JSON object."""
+        return {"verdict": self.verdict, "files": [asdict(each) | {"path": str(each.path)} for each in self.files]}
 
 
 def verify_recording(path: Path, check: SignatureCheck) -> Verification:
