@@ -51,7 +51,7 @@ def run_service(
         SpecError: The bus configuration cannot be used.
         TouchlineError: Another bridge is there, or the addresses of ``ros2`` or ``foxglove`` cannot be used.
     """
-    folder = RecordingFolder(recordings or Path.cwd())
+    folder = RecordingFolder(recordings or Path.cwd(), existing)
     config = config or BusConfig.from_environment()
     switch_threads_soon()
     with (
@@ -73,7 +73,7 @@ def run_service(
             viewers = stack.enter_context(serve_viewers(buses, foxglove))
             sys.stderr.write(f"viewers (Foxglove, Lichtblick) find {', '.join(names)} at {viewers.url}\n")
         active_recording = ActiveRecording(config, folder.path, supervisor)
-        service = BridgeService(buses, existing, folder, gateways, stop.beat, active_recording, viewers)
+        service = BridgeService(buses, folder, gateways, stop.beat, active_recording, viewers)
         gc.freeze()  # a collection of all that was loaded would hold up stops from ROS 2
         gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS, 20, 50)
         if record is not None:

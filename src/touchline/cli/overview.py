@@ -27,6 +27,7 @@ PANELS: dict[str, dict[str, tuple[str, ...]]] = {
     "The running system": {
         "system_commands": ("up", "status", "down"),
         "order_command": ("order", "fault", "topics"),
+        "audit_command": ("audit",),
         "keys_command": ("keys",),
     },
     "Recordings": {

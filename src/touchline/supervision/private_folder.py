@@ -18,6 +18,11 @@ def state_folder() -> Path:
     return (Path(base) if base else Path.home() / ".local" / "state") / "touchline"
 
 
+def audit_folder() -> Path:
+    """Return the folder of the audit logs of this user's processes."""
+    return state_folder() / "audit"
+
+
 def run_folder() -> Path:
     """Return the folder of lock files: ``$XDG_RUNTIME_DIR/touchline``, or one per user under the temporary folder.
 
