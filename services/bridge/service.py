@@ -51,8 +51,8 @@ def run_service(
         SpecError: The bus configuration cannot be used.
         TouchlineError: Another bridge is there, or the addresses of ``ros2`` or ``foxglove`` cannot be used.
     """
-    folder = RecordingFolder(recordings or Path.cwd(), existing)
     config = config or BusConfig.from_environment()
+    folder = RecordingFolder(recordings or Path.cwd(), existing, config.identity)
     switch_threads_soon()
     with (
         until_stopped(supervisor) as stop,

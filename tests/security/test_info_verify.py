@@ -13,9 +13,9 @@ from touchline.recordings.recorder import Recorder
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import SpecError
 from touchline.schemas.roles import Role
+from touchline.schemas.user_folders import keys_folder
 from touchline.security.authority import CertificateAuthority
 from touchline.security.identity import Identity
-from touchline.security.key_files import keys_folder
 
 
 @pytest.fixture

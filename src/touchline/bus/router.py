@@ -9,8 +9,12 @@ import zenoh
 from touchline.bus.config import BusConfig
 from touchline.bus.joining import leave, listen
 from touchline.bus.presence import ROUTER_TOKEN
+from touchline.bus.refusal_watch import watch_refusals
 from touchline.bus.remote_access import check_exposure, endpoints
 from touchline.schemas.errors import TouchlineError
+from touchline.schemas.roles import Role
+from touchline.schemas.user_folders import audit_folder
+from touchline.security.audit_log import AuditLog
 
 _LOG = logging.getLogger(__name__)
 
@@ -28,9 +32,13 @@ def open_router(config: BusConfig) -> Iterator[tuple[str, Callable[[], None]]]:
         TouchlineError: It cannot listen there.
     """
     settings = config.router()
+    routing: list[_Routing] = []
     if config.identity is None:
         check_exposure(settings)
-    routing = [_Routing(settings)]
+    else:
+        audit = AuditLog(audit_folder(), Role.ROUTER, "")
+        watch_refusals(audit, lambda: ", ".join(routing[0].linked()) if routing else "nobody")
+    routing.append(_Routing(settings))
     renewals = config.renewals() if config.identity is not None else None
 
     def look() -> None:
@@ -62,6 +70,9 @@ class _Routing:
     def __init__(self, settings: zenoh.Config) -> None:
         self._session = listen(settings, "the router")
         self._token = self._session.liveliness().declare_token(ROUTER_TOKEN)
+
+    def linked(self) -> list[str]:
+        return sorted({link.auth_identifier or "?" for link in self._session.info.links()})
 
     def close(self) -> None:
         leave(self._session)

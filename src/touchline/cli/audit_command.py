@@ -15,8 +15,8 @@ from touchline.cli.options import ExitCode, JsonOption
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Event
 from touchline.schemas.plain_text import plain
+from touchline.schemas.user_folders import audit_folder
 from touchline.security.audit_files import AuditEntry, AuditVerification, read_audit_logs, verify_audit_logs
-from touchline.supervision.private_folder import audit_folder
 
 _UNITS: Final = {"s": "seconds", "m": "minutes", "h": "hours", "d": "days"}
 _DURATION: Final = re.compile(rf"(\d{{1,5}})([{''.join(_UNITS)}])")

@@ -67,9 +67,10 @@ def _trusted_pem(given: Path | None) -> bytes:
     Args:
         given: Its file; None: the one that all identities in the default folder of keys have.
     """
+    from touchline.schemas.user_folders import keys_folder
     from touchline.security.certificates import read_certificate
     from touchline.security.identity import AUTHORITY_FILE, IDENTITIES
-    from touchline.security.key_files import keys_folder, read_file
+    from touchline.security.key_files import read_file
 
     folder = keys_folder()
     files = [folder / AUTHORITY_FILE, *folder.glob(f"{IDENTITIES}/*/{AUTHORITY_FILE}")]

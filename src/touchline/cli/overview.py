@@ -58,7 +58,7 @@ PANELS: dict[str, dict[str, tuple[str, ...]]] = {
 ON_BUS = frozenset(
     (
         *("run", "goto", "fleet"),
-        *(name for names in PANELS["The running system"].values() for name in names),
+        *("up", "status", "down", "order", "fault"),
         *("record", "replay", "playback", "echo", "hz"),
         *(name for names in PANELS["Processes, each alone"].values() for name in names),
     )

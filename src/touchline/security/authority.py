@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from datetime import timedelta
+from itertools import count
 from pathlib import Path
 from typing import Final, Self
 
@@ -155,8 +156,14 @@ class CertificateAuthority:
             except ValueError as error:
                 raise SpecError("command line", "--host", f"is {host!r}", str(error)) from error
         hosts = tuple(dict.fromkeys(hosts)) or LOCAL_HOSTS
-        door = door_beside(self.access.router, "127.0.0.1" if hosts == LOCAL_HOSTS else hosts[0]) if is_robot else ""
+        door = self._free_door("127.0.0.1" if hosts == LOCAL_HOSTS else hosts[0]) if is_robot else ""
         return Member(name=full, role=role, namespace=name if is_robot else "", hosts=hosts, door=door)
+
+    def _free_door(self, host: str) -> str:
+        """Return an endpoint for a robot's own door that no other robot of its machine has."""
+        taken = {member.door for member in self.access.members}
+        doors = (door for number in count() if (door := door_beside(self.access.router, host, number)) not in taken)
+        return next(doors)
 
     def issue(self, members: Sequence[Member], life: timedelta = DEFAULT_LIFE) -> None:
         """Put new members on the access list, and make their identities.
@@ -176,6 +183,11 @@ class CertificateAuthority:
         key = self._key()
         access = self.access.changed(certificates.now(), members=(*self.access.members, *members))
         self._write(access, signed(access, key), self._identities(key, dict.fromkeys(members, life)))
+
+    def _issue_missing(self, members: Iterable[Member]) -> None:
+        missing = [member for member in members if not self.access.member(member.name)]
+        if missing:
+            self.issue(missing)
 
     def renew(self, members: Iterable[Member]) -> None:
         """Make new keys and certificates, valid for as long as the former ones were.
@@ -312,10 +324,10 @@ def issued_for_system(folder: Path, namespaces: Sequence[str]) -> dict[Role | st
             authority = CertificateAuthority._created(folder, DEFAULT_ROUTER)
         members: dict[Role | str, Member] = {role: authority.new_member(role, _MAIN) for role in _PROCESSES}
         members[Role.OPERATOR] = authority.new_member(Role.OPERATOR, _user())
-        members |= {namespace: authority.new_member(Role.ROBOT, namespace) for namespace in namespaces}
-        missing = [member for member in members.values() if not authority.access.member(member.name)]
-        if missing:
-            authority.issue(missing)
+        authority._issue_missing(members.values())
+        for namespace in namespaces:  # one by one: each takes a free door
+            members[namespace] = authority.new_member(Role.ROBOT, namespace)
+            authority._issue_missing([members[namespace]])
         names = {member.name for member in members.values()}
         due = [member for member in authority.due() if member.name in names]
         if due and authority.can_sign():

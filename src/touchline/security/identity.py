@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Final, Self
 
 from touchline.schemas.errors import SpecError
 from touchline.schemas.roles import Role
+from touchline.schemas.user_folders import keys_folder
 from touchline.security.access_list import ACCESS_FILE, AccessList, load
-from touchline.security.key_files import check_private, keys_folder, read_file
+from touchline.security.key_files import check_private, read_file
 
 if TYPE_CHECKING:
     from cryptography.x509 import Certificate
