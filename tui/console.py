@@ -18,11 +18,18 @@ from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.touchline import TraversalReport
 from touchline.schemas.plugins import AREA_METHODS, METHODS, POSE_METHODS, SPEED_LAWS
+from touchline.schemas.roles import Role
 from touchline.tui.app import ConsoleApp
 from touchline.tui.autostart import AutoStart
 from touchline.tui.link import BusConfig, open_links
 
 ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+
+
+def _node(config: BusConfig) -> str:
+    """Return the console's name on the bus: for robots, whoever may not command them is no operator at a console."""
+    operates = config.identity is None or config.identity.role is Role.OPERATOR
+    return topics.CONSOLE if operates else topics.OBSERVER
 
 
 def run_console(
@@ -49,7 +56,8 @@ def run_console(
     check_encoding(sys.__stdout__)
     for registry in (METHODS, AREA_METHODS, POSE_METHODS, SPEED_LAWS):
         registry.names()  # reports broken plug-ins of packages while standard error is visible
-    with open_links(config or BusConfig.from_environment(), topics.CONSOLE, everyone=everyone) as links:
+    config = config or BusConfig.from_environment()
+    with open_links(config, _node(config), everyone=everyone) as links:
         app = ConsoleApp(links, AutoStart(template, speed, auto_start))
         gc.freeze()  # collecting all loaded objects would delay the emergency stop
         with ended_by_signals(app):

@@ -1,6 +1,8 @@
 """Presence of processes by liveliness tokens, which vanish within milliseconds when a process dies."""
 
+import math
 import re
+import time
 from collections import defaultdict
 from typing import Final, NamedTuple, TypeAlias
 
@@ -12,6 +14,8 @@ _WAITING: Final = 1024
 #: Most tokens that a count can find; if there are more, the count is incomplete.
 _COUNTED: Final = 16_384
 _COUNT_TIMEOUT_S: Final = 5.0
+#: Time in which clients of a router are back after its session was opened anew.
+_BACK_S: Final = 1.5
 _NAMES: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 _IDS: Final = re.compile(r"[0-9a-f]{1,32}")
 EVERY_TOKEN: Final = "@touchline/**"
@@ -54,6 +58,9 @@ class Presence:
         """Watch by this session from now on, starting empty."""
         self._session = session
         self._instances: defaultdict[str, set[str]] = defaultdict(set)
+        self._gone: dict[Token, float] = {}
+        self._routers: list[zenoh.ZenohId] = session.info.routers_zid()
+        self._unlinked_s = -math.inf
         self._missed = False
         self._count: _Count | None = None
         self._subscriber = session.liveliness().declare_subscriber(
@@ -63,6 +70,7 @@ class Presence:
     def poll(self) -> list[PresenceChange]:
         """Return changes since the last call; never waits."""
         changes: list[PresenceChange] = []
+        self._watch_link()
         taken = 0
         while taken < _WAITING and (sample := self._subscriber.try_recv()) is not None:
             taken += 1
@@ -72,6 +80,7 @@ class Presence:
                     self._count.newer.add(token)
                 self._note(token, sample.kind == zenoh.SampleKind.PUT, changes)
         self._missed = self._missed or taken == _WAITING  # it was full, so something may have been pushed out
+        self._settle_gone(changes)
         if self._count is not None:
             self._finish_count(self._count, changes)
         elif self._missed:
@@ -87,7 +96,28 @@ class Presence:
         """Return session ids of the processes of this name, as of the last :meth:`poll`."""
         return frozenset(self._instances.get(node, ()))
 
+    def _watch_link(self) -> None:
+        """Note when this process was last without the router through which it hears of all others, or had another."""
+        if self._routers and (routers := self._session.info.routers_zid()) != self._routers:
+            self._unlinked_s = time.monotonic()
+            self._routers = routers or self._routers
+
+    def _settle_gone(self, changes: list[PresenceChange]) -> None:
+        """Let those go who have not come back after this process has been without a link itself."""
+        now_s = time.monotonic()
+        for token in [token for token, since_s in self._gone.items() if now_s - since_s > _BACK_S]:
+            del self._gone[token]
+            self._change(token, False, changes)
+
     def _note(self, token: Token, alive: bool, changes: list[PresenceChange]) -> None:
+        if alive:
+            self._gone.pop(token, None)
+        elif time.monotonic() - self._unlinked_s < _BACK_S:
+            self._gone.setdefault(token, time.monotonic())
+            return
+        self._change(token, alive, changes)
+
+    def _change(self, token: Token, alive: bool, changes: list[PresenceChange]) -> None:
         instances = self._instances[token.node]
         if alive != (token.instance in instances):
             (instances.add if alive else instances.discard)(token.instance)

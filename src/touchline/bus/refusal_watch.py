@@ -12,14 +12,9 @@ import zenoh
 
 from touchline.security.audit_log import AuditLog, OrderAnswer
 
-_FILTER: Final = ",".join(
-    (
-        "off",
-        "zenoh_link_tls=warn",
-        "zenoh::net::routing::interceptor=trace",  # a line for each refused message; of the others it says nothing
-        "zenoh::net::routing::interceptor::access_control=off",  # a line for every message
-    )
-)
+#: Of refused messages the first part logs a line; the second would log one for every message.
+_REFUSED: Final = "zenoh::net::routing::interceptor=trace,zenoh::net::routing::interceptor::access_control=off"
+_FILTER: Final = f"off,zenoh_link_tls=warn,{_REFUSED}"
 _COLOURS: Final = re.compile(r"\x1b\[[0-9;]*m")
 _HINT: Final = re.compile(r"\. Hint: .*| at /.*")
 _REASONS: Final = {
@@ -27,7 +22,8 @@ _REASONS: Final = {
     "InvalidContentType": "no TLS",
     "UnknownIssuer": "a certificate of another authority",
     "BadSignature": "a certificate of another authority",
-    "Expired": "an expired certificate",
+    "DecryptError": "a certificate of another authority",
+    "certificate expired": "an expired certificate",
 }
 """By a part of Zenoh's text, what whoever was refused had."""
 _TOLD_EVERY_S: Final = 1.0

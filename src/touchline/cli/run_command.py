@@ -11,11 +11,12 @@ import typer
 
 from touchline.bus import Bus, BusConfig, Inbox, Sample
 from touchline.bus.presence import Presence
+from touchline.bus.secured_check import check_secured
 from touchline.cli.choices import PlanChoice, SetupChoice, check_follower
 from touchline.cli.display import print_event, progress_bar, say
 from touchline.cli.groups import with_groups
 from touchline.cli.job_terminal import Terminal, watch_system
-from touchline.cli.options import SpeedOption, speed_factor
+from touchline.cli.options import SecureOption, SpeedOption, speed_factor
 from touchline.cli.output_choice import OutputChoice
 from touchline.cli.shared_job_runs import TakeOverOption, TeamOption, TeamPace, check_team, run_team
 from touchline.cli.template_choice import TemplateChoice
@@ -28,11 +29,13 @@ from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import GetDiagnosticsRequest, GetPaintRequest, PlanOptions, String
 from touchline.schemas.messages.base import Message
 from touchline.schemas.plugins import ASKED
+from touchline.schemas.roles import Role
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
 from touchline.schemas.template import Template
 from touchline.schemas.topics import DEFAULT_NAMESPACE
 from touchline.supervision.running_system import only_one
+from touchline.supervision.secured_system import system_identities
 from touchline.supervision.temporary_system import ProcessOptions, local_system
 
 #: A robot that answers has published its setup long before.
@@ -59,11 +62,15 @@ def run(
     ] = None,
     robots: TeamOption = 1,
     take_over_after: TakeOverOption = None,
+    secure: SecureOption = False,
     *,
     output: OutputChoice,
 ) -> None:
     """Start planner, robot and bridge, carry out a template once over Zenoh, stop them, and report."""
     template = drawing.chosen()
+    if secure and (robots > 1 or name is not None):
+        problem = f"is given with {'--robots' if robots > 1 else '--robot'}"
+        raise SpecError("command line", "--secure", problem, "start the system with `touchline up --secure` first")
     if robots > 1:
         if name is not None:
             raise SpecError("command line", "--robot", "is given with --robots", "give one of them")
@@ -90,6 +97,7 @@ def run(
             options=planning.options(),
             record=output.record,
             plot=output.plot,
+            secure=secure,
         )
     output.conclude("Run", drawing.template, setup, figures)
 
@@ -102,6 +110,7 @@ def run_job(
     options: PlanOptions,
     record: Path | None,
     plot: Path | None = None,
+    secure: bool = False,
 ) -> dict[str, Any]:
     """Start a private system, do one job, stop it.
 
@@ -117,15 +126,20 @@ def run_job(
     # A private bus, so that several can run at once; but an external follower could not find that.
     config = BusConfig.from_environment() if setup.onboard.follower in ASKED else None
     namespace = config.namespace if config else DEFAULT_NAMESPACE
+    identities = system_identities([namespace]) if secure else {}
     with (
         only_one(config) if config else nullcontext(),
         local_system(
-            {namespace: setup}, config, ProcessOptions(recordings=record.parent if record else None)
+            {namespace: setup},
+            config,
+            ProcessOptions(recordings=record.parent if record else None, identities=identities),
         ) as system,
         progress_bar("Touchline") as advance,
     ):
         advance(0.0, "Starting the services")
         system.wait_until_ready(say)
+        if secure:
+            check_secured(system.bus.config, identities[Role.OBSERVER])
         return _do(BusRun(system.bus, job_options, Terminal(advance, partial(watch_system, system))), begun, plot)
 
 

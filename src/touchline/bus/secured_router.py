@@ -1,0 +1,96 @@
+"""Router of a secured bus. Zenoh fixes certificate and access control when a session opens, so changes take a new one.
+
+That interrupts all links for a fifth of a second, in which messages are lost. Whoever is revoked is out at once; all
+other changes wait until no robot drives, or the certificate in use is about to expire.
+"""
+
+import logging
+from datetime import UTC, datetime, timedelta
+from typing import Final
+
+import zenoh
+from zenoh import handlers
+
+from touchline.bus.config import BusConfig
+from touchline.bus.joining import leave, listen
+from touchline.bus.presence import ROUTER_TOKEN
+from touchline.bus.refusal_watch import watch_refusals
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.roles import Role
+from touchline.schemas.topics import STATUS
+from touchline.schemas.traversal_state import traversal_state
+from touchline.schemas.user_folders import audit_folder
+from touchline.security.audit_log import AuditLog
+from touchline.security.identity import Identity
+
+_LOG: Final = logging.getLogger(__name__)
+_DRIVING: Final = frozenset((TraversalStatus.RUNNING, TraversalStatus.PAUSED))
+_LAST_MOMENT: Final = timedelta(minutes=1)
+"""Remaining life of the certificate in use at which its successor no longer waits."""
+_STATES: Final = 1024
+
+
+class SecuredRouter:
+    """Router at the endpoint of an access list.
+
+    Args:
+        config: Bus configuration with the router's identity.
+
+    Raises:
+        SpecError: The identity is not a router's.
+        TouchlineError: It cannot listen there.
+    """
+
+    def __init__(self, config: BusConfig) -> None:
+        self._renewals, self._config = config.renewals(), config
+        self._next: BusConfig | None = None
+        settings = config.router()
+        watch_refusals(AuditLog(audit_folder(), Role.ROUTER, ""), self._linked)
+        self._open(settings)
+
+    def _open(self, settings: zenoh.Config) -> None:
+        self._session = listen(settings, "the router")
+        self._token = self._session.liveliness().declare_token(ROUTER_TOKEN)
+        self._statuses = self._session.declare_subscriber(f"**/{STATUS.name}", handlers.RingChannel(_STATES))
+        self._states: dict[str, int] = {}
+
+    def _linked(self) -> str:
+        return ", ".join(sorted({link.auth_identifier or "?" for link in self._session.info.links()})) or "nobody"
+
+    def poll(self) -> None:
+        """Take over a new certificate or access list, if it is time.
+
+        Raises:
+            TouchlineError: It cannot listen any more.
+        """
+        while (sample := self._statuses.try_recv()) is not None:
+            self._states[str(sample.key_expr)] = traversal_state(sample.payload.to_bytes())
+        try:
+            self._next = next(self._renewals) or self._next
+        except TouchlineError as error:
+            _LOG.error("the access list in force stays so: %s", error)
+            self._renewals = self._config.renewals()
+        if self._next is not None and (self._urgent(self._next) or not _DRIVING.intersection(self._states.values())):
+            self._take_over(self._next)
+
+    def _urgent(self, config: BusConfig) -> bool:
+        present, new = _identity(self._config), _identity(config)
+        removed = {member.name for member in present.access.members} - {member.name for member in new.access.members}
+        return bool(removed) or present.expires - datetime.now(UTC) < _LAST_MOMENT
+
+    def _take_over(self, config: BusConfig) -> None:
+        settings = config.router()
+        leave(self._session)
+        self._open(settings)
+        self._config, self._next = config, None
+        _LOG.info("certificate or access list have changed: all links were opened anew")
+
+    def close(self) -> None:
+        """Stop routing."""
+        leave(self._session)
+
+
+def _identity(config: BusConfig) -> Identity:
+    assert config.identity is not None, "checked by the configuration of a secured router"
+    return config.identity
