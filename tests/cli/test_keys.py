@@ -30,7 +30,7 @@ def test_from_nothing_to_a_revoked_identity(keys, tmp_path, monkeypatch):
     monkeypatch.setattr(certificates, "now", lambda: later)
     code, out, _ = keys("list")
     title, _, *rows = out.splitlines()
-    assert code == 0 and title.endswith("; access list 4") and title.startswith("authority ")
+    assert code == 0 and title.endswith("; access list 4") and title.startswith("certificate authority ")
     assert [row.split("\t")[:3] for row in rows] == [
         ["router.main", "router", "10.0.0.1"],
         ["robot.field.tt2", "robot", "10.0.0.3, tt2.local"],
