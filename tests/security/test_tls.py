@@ -48,9 +48,9 @@ def config(endpoint: str, folder: Path, mode: str, timeout_ms: int = 10_000) -> 
 
 
 @contextlib.contextmanager
-def listening(folder: Path) -> Iterator[str]:
+def listening(folder: Path, protocol: str = "tls") -> Iterator[str]:
     """A router with the identity in a folder."""
-    endpoint = f"tls/127.0.0.1:{free_port()}"
+    endpoint = f"{protocol}/127.0.0.1:{free_port()}"
     with zenoh.open(config(endpoint, folder, "router")):
         yield endpoint
 
@@ -91,6 +91,15 @@ def test_a_session_is_cut_off_when_its_certificate_expires_and_comes_back_with_a
             monkeypatch.setattr(authority, "_life", lambda _: timedelta(hours=1))
             authority.renew([member])
             wait_for(session, joined=True)
+
+
+def test_a_robot_is_met_at_its_own_door_by_quic(authority: CertificateAuthority, anna: Identity) -> None:
+    robot = authority.new_member(Role.ROBOT, "tt2")
+    authority.issue([robot])
+    with listening(authority.folder_of(robot), "quic") as endpoint:
+        assert joins(endpoint, anna.folder, 10_000)
+    with listening(anna.folder, "quic") as endpoint:
+        assert not joins(endpoint, authority.folder_of(robot))
 
 
 def spoilt(authority: CertificateAuthority, name: str) -> None:

@@ -1,5 +1,6 @@
 """``touchline keys``: certificate authority, identities and access list of a secured bus."""
 
+import socket
 from collections.abc import Iterable
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -58,9 +59,12 @@ def init(
 
 
 def issue(
-    role: Annotated[Role, typer.Argument(help="What the identity may do.", show_default=False)],
+    role: Annotated[
+        Role, typer.Argument(metavar="ROLE", help=f"Part that it plays: {', '.join(Role)}.", show_default=False)
+    ],
     name: Annotated[
-        str, typer.Argument(help="Of a robot, its namespace; else a person or process.", show_default=False)
+        str,
+        typer.Argument(metavar="NAME", help="Of a robot, its namespace; else a person or process.", show_default=False),
     ],
     host: Annotated[
         list[str] | None,
@@ -106,7 +110,8 @@ def renew(
 
 
 def revoke(
-    name: Annotated[str, typer.Argument(help=_NAME_HELP, show_default=False)], folder: FolderOption = None
+    name: Annotated[str, typer.Argument(metavar="NAME", help=_NAME_HELP, show_default=False)],
+    folder: FolderOption = None,
 ) -> None:
     """Take an identity off the access list, for good."""
     from touchline.security.authority import CertificateAuthority
@@ -177,7 +182,7 @@ def _tell_whom_to_copy(authority: "CertificateAuthority", members: Iterable["Mem
 
 
 def _tell_whom_to_give_the_list(authority: "CertificateAuthority", issued: "Member | None" = None) -> None:
-    """Name the machines that have an older access list: those of the router and the robots, who heed it, first."""
+    """Name the machines that have an older access list, first those of the router and the robots, who heed it."""
     heeding = (Role.ROUTER, Role.ROBOT)
     remote = [each for each in authority.access.members if each != issued and _is_remote(each)]
     for member in sorted(remote, key=lambda each: each.role not in heeding):
@@ -186,6 +191,15 @@ def _tell_whom_to_give_the_list(authority: "CertificateAuthority", issued: "Memb
 
 
 def _is_remote(member: "Member") -> bool:
-    from touchline.security.authority import LOCAL_HOSTS
+    """Return whether a member's machine is another one; on this one the files of the keys folder itself are used."""
+    return not any(map(_is_here, member.hosts))
 
-    return not set(member.hosts) <= set(LOCAL_HOSTS)
+
+def _is_here(host: str) -> bool:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            probe.bind((host, 0))  # which takes an address of this machine
+    except OSError:
+        return False
+    return True

@@ -22,7 +22,7 @@ ACCESS_FILE: Final = "access.json"
 _PURPOSE: Final = "access list"
 _REMEDY: Final = "copy it anew from the folder of keys"
 #: The last label begins with a letter: what looks like a wrong IP address is not taken for a name.
-_DNS_NAME: Final = re.compile(r"([a-z0-9]([a-z0-9-]*[a-z0-9])?\.)*[a-z]([a-z0-9-]*[a-z0-9])?", re.IGNORECASE)
+_DNS_NAME: Final = re.compile(r"([a-z0-9]([a-z0-9-]*[a-z0-9])?\.)*[a-z]([a-z0-9-]*[a-z0-9])?", re.IGNORECASE | re.ASCII)
 _LONGEST_HOST: Final = 253
 
 

@@ -7,8 +7,9 @@ import getpass
 import logging
 import os
 import re
+import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
 from typing import Final, Self
@@ -199,11 +200,7 @@ class CertificateAuthority:
         kept = tuple(each for each in self.access.members if each != member)
         access = self.access.changed(certificates.now(), members=kept, revoked=(*self.access.revoked, member.name))
         self._write(access, signed(access, key), {})
-        folder = self.folder_of(member)
-        with suppress(OSError):  # somebody keeps other files in it, or it is gone; without a member it is worth nothing
-            for name in (KEY_FILE, CERTIFICATE_FILE, AUTHORITY_FILE, ACCESS_FILE):
-                (folder / name).unlink(missing_ok=True)
-            folder.rmdir()
+        shutil.rmtree(self.folder_of(member), ignore_errors=True)  # worth nothing any more; it may be gone
 
     def due(self) -> list[Member]:
         """Return the members to be renewed: within the last third of their life, expired, damaged, or not here."""
