@@ -6,6 +6,7 @@ from datetime import timedelta
 import pytest
 
 from touchline.security import certificates
+from touchline.security.identity import Identity
 
 
 @pytest.fixture
@@ -41,9 +42,12 @@ def test_from_nothing_to_a_revoked_identity(keys, tmp_path, monkeypatch):
     assert (code, out) == (0, f"{identities}/router.main\n{identities}/robot.field.tt2\n")
     assert f"copy {identities}/robot.field.tt2 to 192.0.2.3\n" in said
     assert keys("renew") == (0, "", "nothing expires soon\n")
+    shutil.copy(identities / "router.main" / "access.json", tmp_path / "older.json")
     code, out, said = keys("revoke", "operator.anna")
     assert (code, out) == (0, "") and "192.0.2.1 has an older access list" in said and "192.0.2.3 has an older" in said
+    shutil.copy(tmp_path / "older.json", identities / "router.main" / "access.json")  # as if it had been interrupted
     assert "revoked already" in keys("revoke", "operator.anna")[2]
+    assert Identity.load(identities / "router.main").access.revoked == ("operator.anna",)
     assert keys("list")[1].splitlines()[-1] == "operator.anna\toperator\t\trevoked"
 
 

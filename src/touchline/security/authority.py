@@ -21,8 +21,17 @@ from touchline.schemas.near_names import did_you_mean
 from touchline.schemas.roles import Role, identity_name
 from touchline.schemas.topics import NAMESPACE_RULE, is_namespace
 from touchline.security import certificates
-from touchline.security.access_list import ACCESS_FILE, AccessList, Member, checked_host, door_beside, load, signed
-from touchline.security.access_list import address_of as address_of_endpoint
+from touchline.security.access_list import (
+    ACCESS_FILE,
+    DEFAULT_ROUTER,
+    AccessList,
+    Member,
+    address_of,
+    checked_host,
+    door_beside,
+    load,
+    signed,
+)
 from touchline.security.identity import AUTHORITY_FILE, CERTIFICATE_FILE, IDENTITIES, KEY_FILE, Identity
 from touchline.security.key_files import (
     check_private,
@@ -34,7 +43,6 @@ from touchline.security.key_files import (
 
 _logger = logging.getLogger(__name__)
 
-DEFAULT_ROUTER: Final = "tls/127.0.0.1:7461"
 DEFAULT_LIFE: Final = timedelta(days=30)
 LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")
 _MAIN: Final = "main"
@@ -114,7 +122,7 @@ class CertificateAuthority:
             if os.path.lexists(path):
                 raise SpecError(str(path), "", "is there already", "use it, or give another folder")
         try:
-            host, _ = address_of_endpoint(router)
+            host, _ = address_of(router)
             door_beside(router, host)
             if not router.startswith("tls/"):
                 raise ValueError(f"give an endpoint like {DEFAULT_ROUTER}")
