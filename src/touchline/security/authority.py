@@ -118,7 +118,8 @@ class CertificateAuthority:
 
     @classmethod
     def _created(cls, folder: Path, router: str) -> Self:
-        for path in (_key_of(folder), folder / AUTHORITY_FILE, folder / ACCESS_FILE):
+        made = (_key_of(folder), folder / AUTHORITY_FILE, folder / ACCESS_FILE)
+        for path in made:
             if os.path.lexists(path):
                 raise SpecError(str(path), "", "is there already", "use it, or give another folder")
         try:
@@ -132,10 +133,15 @@ class CertificateAuthority:
         make_private_folder(_key_of(folder).parent)
         access = AccessList(number=1, issued=certificates.now(), router=router)
         text = signed(access, certificates.read_key(key, "the authority's key"))
-        replace_files({_key_of(folder): key, folder / AUTHORITY_FILE: ca, folder / ACCESS_FILE: text})
+        replace_files(dict(zip(made, (key, ca, text), strict=True)))
         authority = cls(folder)
         hosts = LOCAL_HOSTS if host in LOCAL_HOSTS else (host,)
-        authority.issue([authority.new_member(Role.ROUTER, _MAIN, hosts)])
+        try:
+            authority.issue([authority.new_member(Role.ROUTER, _MAIN, hosts)])
+        except SpecError:  # no room: nobody has used the authority yet
+            for path in made:
+                path.unlink()
+            raise
         return authority
 
     def new_member(self, role: Role, name: str, hosts: Sequence[str] = ()) -> Member:
