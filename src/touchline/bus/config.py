@@ -137,19 +137,22 @@ class BusConfig:
         return variables
 
     def renewals(self) -> Iterator[Self | None]:
-        """Yield the configuration anew when certificate or access list have changed since the last look, else None.
+        """Iterate over looks at certificate and access list: the configuration with changed ones, else None.
 
-        Raises:
-            SpecError: They have become unusable.
+        A look raises SpecError if they have become unusable.
         """
-        assert self.identity is not None, "only a secured bus has them"
-        seen = _state_of(self.identity)
-        while True:
-            if (now := _state_of(self.identity)) == seen:
-                yield None
-            else:
-                seen = now
-                yield self.as_identity(Identity.load(self.identity.folder))
+        identity = self.identity
+        assert identity is not None, "only a secured bus has them"
+
+        def looks(seen: tuple[int, ...]) -> Iterator[Self | None]:
+            while True:
+                if (now := _state_of(identity)) == seen:
+                    yield None
+                else:
+                    seen = now
+                    yield self.as_identity(Identity.load(identity.folder))
+
+        return looks(_state_of(identity))
 
     def zenoh(self, node: str = "", patience_s: float = PATIENCE_S) -> Config:
         """Return the Zenoh session configuration of a process of this name.

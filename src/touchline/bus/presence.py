@@ -14,7 +14,9 @@ _WAITING: Final = 1024
 #: Most tokens that a count can find; if there are more, the count is incomplete.
 _COUNTED: Final = 16_384
 _COUNT_TIMEOUT_S: Final = 5.0
-#: Time in which clients of a router are back after its session was opened anew.
+#: Time in which a client of a router knows whether others have gone, or its own link.
+_GONE_S: Final = 0.25
+#: Time in which all clients of a router are back after its session was opened anew.
 _BACK_S: Final = 1.5
 _NAMES: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 _IDS: Final = re.compile(r"[0-9a-f]{1,32}")
@@ -103,16 +105,17 @@ class Presence:
             self._routers = routers or self._routers
 
     def _settle_gone(self, changes: list[PresenceChange]) -> None:
-        """Let those go who have not come back after this process has been without a link itself."""
+        """Let those go who are not back in time: in more, if this process has been without a link itself."""
         now_s = time.monotonic()
-        for token in [token for token, since_s in self._gone.items() if now_s - since_s > _BACK_S]:
-            del self._gone[token]
-            self._change(token, False, changes)
+        for token, gone_s in list(self._gone.items()):
+            if now_s - gone_s > (_BACK_S if self._unlinked_s > gone_s - _GONE_S else _GONE_S):
+                del self._gone[token]
+                self._change(token, False, changes)
 
     def _note(self, token: Token, alive: bool, changes: list[PresenceChange]) -> None:
         if alive:
             self._gone.pop(token, None)
-        elif time.monotonic() - self._unlinked_s < _BACK_S:
+        elif self._routers:
             self._gone.setdefault(token, time.monotonic())
             return
         self._change(token, alive, changes)

@@ -1,10 +1,12 @@
 """Router of a secured bus. Zenoh fixes certificate and access control when a session opens, so changes take a new one.
 
 That interrupts all links for a fifth of a second, in which messages are lost. Whoever is revoked is out at once; all
-other changes wait until no robot drives, or the certificate in use is about to expire.
+other changes wait until no robot has driven for a while, or the certificate in use is about to expire.
 """
 
 import logging
+import math
+import time
 from datetime import UTC, datetime, timedelta
 from typing import Final
 
@@ -28,6 +30,8 @@ _LOG: Final = logging.getLogger(__name__)
 _DRIVING: Final = frozenset((TraversalStatus.RUNNING, TraversalStatus.PAUSED))
 _LAST_MOMENT: Final = timedelta(minutes=1)
 """Remaining life of the certificate in use at which its successor no longer waits."""
+_QUIET_S: Final = 10.0
+"""Time after which no robot drives, and what it did has been recorded."""
 _STATES: Final = 1024
 
 
@@ -45,6 +49,7 @@ class SecuredRouter:
     def __init__(self, config: BusConfig) -> None:
         self._renewals, self._config = config.renewals(), config
         self._next: BusConfig | None = None
+        self._drove_s = -math.inf
         settings = config.router()
         watch_refusals(AuditLog(audit_folder(), Role.ROUTER, ""), self._linked)
         self._open(settings)
@@ -53,7 +58,6 @@ class SecuredRouter:
         self._session = listen(settings, "the router")
         self._token = self._session.liveliness().declare_token(ROUTER_TOKEN)
         self._statuses = self._session.declare_subscriber(f"**/{STATUS.name}", handlers.RingChannel(_STATES))
-        self._states: dict[str, int] = {}
 
     def _linked(self) -> str:
         return ", ".join(sorted({link.auth_identifier or "?" for link in self._session.info.links()})) or "nobody"
@@ -65,13 +69,15 @@ class SecuredRouter:
             TouchlineError: It cannot listen any more.
         """
         while (sample := self._statuses.try_recv()) is not None:
-            self._states[str(sample.key_expr)] = traversal_state(sample.payload.to_bytes())
+            if traversal_state(sample.payload.to_bytes()) in _DRIVING:
+                self._drove_s = time.monotonic()
         try:
             self._next = next(self._renewals) or self._next
         except TouchlineError as error:
             _LOG.error("the access list in force stays so: %s", error)
             self._renewals = self._config.renewals()
-        if self._next is not None and (self._urgent(self._next) or not _DRIVING.intersection(self._states.values())):
+        quiet = time.monotonic() - self._drove_s > _QUIET_S
+        if self._next is not None and (quiet or self._urgent(self._next)):
             self._take_over(self._next)
 
     def _urgent(self, config: BusConfig) -> bool:
