@@ -69,7 +69,7 @@ def learners() -> None:
 
     from touchline.gym.follow_task import FollowTask
 
-    task = FollowTask("study-square", {}, 1)
+    task = FollowTask("study-square", {"action": "residual", "ticks": 100}, 1)
     task.step(np.zeros((1, 2), np.float32))
 
 
