@@ -31,6 +31,8 @@ from touchline.services.robot_sim.world.body import BodyState
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Values = NDArray[np.float32]
+Flags = NDArray[np.bool_]
 
 # Values of a question; behind them reference speed and yaw rate in the rows of the path ahead.
 V_LATERAL: Final = 0  # drive's origin to the robot's left of the path [m]
@@ -63,6 +65,7 @@ class Form(NamedTuple):
         share: Share of its speed and yaw rate that is added to an answer: 0, or 1 for answers that correct the plan.
         truth: True to show true errors and motion instead of estimated ones.
         limit_m: True distance of the nozzle from its path beyond which nothing more is answered.
+        bounds: (V_AHEAD + 2 k,) largest absolute values that are shown.
     """
 
     rows: Integers
@@ -70,6 +73,7 @@ class Form(NamedTuple):
     share: float
     truth: bool
     limit_m: float
+    bounds: Floats
 
 
 class Dialogue(NamedTuple):
@@ -90,7 +94,7 @@ class Dialogue(NamedTuple):
     left: Integers
     stage: Integers
     noted: Integers
-    values: Floats
+    values: Values
     outcome: Floats
     form: Form
 
@@ -136,6 +140,8 @@ def note_question(states: Sequence[BodyState], computer: Computer, ahead: Floats
     for i in range(len(form.rows)):
         values[V_AHEAD + 2 * i] = ahead[form.rows[i], A_SPEED]
         values[V_AHEAD + 2 * i + 1] = ahead[form.rows[i], A_YAW_RATE]
+    for i in range(len(values)):
+        values[i] = min(max(values[i], -form.bounds[i]), form.bounds[i])
 
 
 @unlocked
@@ -175,6 +181,23 @@ def answer_question(
     return True
 
 
+@kernel
+def begin_step(ticks: int, over: Flags, left: Integers, outcomes: Floats) -> None:
+    """Set the questions (n,) that are left of robots whose drive is not over, and clear the rewards (n, OUTCOMES)."""
+    for i in range(len(left)):
+        left[i] = 0 if over[i] else ticks
+        outcomes[i, O_REWARD] = 0.0
+
+
+@kernel
+def first_unfinished(left: Integers, stages: Integers) -> int:
+    """Return the first robot that has questions left or whose tick was not nominal; -1 if there is none."""
+    for i in range(len(left)):
+        if left[i] > 0 or stages[i] != ASKING:
+            return i
+    return -1
+
+
 class SteppedRobots:
     """Robots that drive the same plan, each with noise of its own.
 
@@ -203,9 +226,9 @@ class SteppedRobots:
         self.drives = [SteppedDrive(setup, *job, rows) for _ in range(count)]
         actuators = len(setup.vehicle.drive.actuators)
         self.answers: Floats = np.full((count, 2 + actuators), np.nan)
-        self.values: Floats = np.zeros((count, V_AHEAD + 2 * len(form.rows)))
+        self.values: Values = np.zeros((count, V_AHEAD + 2 * len(form.rows)), dtype=np.float32)
         self.outcomes: Floats = np.zeros((count, OUTCOMES))
-        self.over = np.zeros(count, dtype=np.bool_)
+        self.over: Flags = np.zeros(count, dtype=np.bool_)
         self._left, self._stages = np.zeros(count, dtype=np.int64), np.full(count, ASKING)
         single = (each[:, None] for each in (self._left, self._stages, np.zeros(count, dtype=np.int64)))
         parts = zip(self.answers, *single, self.values, self.outcomes, strict=True)
@@ -224,14 +247,12 @@ class SteppedRobots:
 
     def step(self, ticks: int) -> None:
         """Answer so many questions of each robot whose drive is not over, fewer if it ends."""
-        self.outcomes[:, O_REWARD] = 0.0
-        self._left[:] = ticks
-        self._left[self.over] = 0
+        begin_step(ticks, self.over, self._left, self.outcomes)
         if self._pool is None:
             self._batch.run(0, len(self.drives))
         else:
             list(self._pool.map(self._batch.run, *zip(*self._parts, strict=True)))
-        for i in ((self._left > 0) | (self._stages != ASKING)).nonzero()[0].tolist():
+        while (i := first_unfinished(self._left, self._stages)) >= 0:
             self._go_on(i)
 
     def _go_on(self, i: int) -> None:
