@@ -69,7 +69,7 @@ def learners() -> None:
 
     from touchline.gym.follow_task import FollowTask
 
-    task = FollowTask("study-square", {}, 1)
+    task = FollowTask("study-square", {"action": "residual", "ticks": 100}, 1)
     task.step(np.zeros((1, 2), np.float32))
 
 
@@ -134,13 +134,14 @@ def link(files: Sequence[Path], folder: Path) -> None:
     for file in files:
         results[file.stem], code = kernel_store.read(file)
         file.write_bytes(code)
-    contents = kernel_store.Contents(numba=kernel_store.numba_version(), results=results)
-    (folder / kernel_store.CONTENTS).write_text(json.dumps(contents), encoding="utf-8")
     names = folder / "files"
     names.write_text("\n".join(map(str, files)), encoding="utf-8")
-    library = str(folder / kernel_store.LIBRARY)
-    subprocess.run([os.environ.get("CC", "cc"), "-shared", "-o", library, f"@{names}", "-lm"], check=True)
+    library = folder / kernel_store.LIBRARY
+    subprocess.run([os.environ.get("CC", "cc"), "-shared", "-o", str(library), f"@{names}", "-lm"], check=True)
     names.unlink()
+    digest = kernel_store.digest(library.read_bytes())
+    contents = kernel_store.Contents(numba=kernel_store.numba_version(), digest=digest, results=results)
+    (folder / kernel_store.CONTENTS).write_text(json.dumps(contents), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -25,19 +25,14 @@ from touchline.onboard.trajectory.path_projection import A_SPEED, A_YAW_RATE
 from touchline.schemas.messages import Trajectory, TraversalStatus
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
-from touchline.services.robot_sim.fast_runner import (
-    ASKING,
-    Hardware,
-    Pilot,
-    TickAccounts,
-    TickProgress,
-    run_nominal_ticks,
-)
+from touchline.services.robot_sim.fast_runner import ASKING, TickProgress, run_nominal_ticks
 from touchline.services.robot_sim.stepped_drive import SteppedDrive
 from touchline.services.robot_sim.world.body import BodyState
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Values = NDArray[np.float32]
+Flags = NDArray[np.bool_]
 
 # Values of a question; behind them reference speed and yaw rate in the rows of the path ahead.
 V_LATERAL: Final = 0  # drive's origin to the robot's left of the path [m]
@@ -70,6 +65,7 @@ class Form(NamedTuple):
         share: Share of its speed and yaw rate that is added to an answer: 0, or 1 for answers that correct the plan.
         truth: True to show true errors and motion instead of estimated ones.
         limit_m: True distance of the nozzle from its path beyond which nothing more is answered.
+        bounds: (V_AHEAD + 2 k,) largest absolute values that are shown.
     """
 
     rows: Integers
@@ -77,6 +73,7 @@ class Form(NamedTuple):
     share: float
     truth: bool
     limit_m: float
+    bounds: Floats
 
 
 class Dialogue(NamedTuple):
@@ -87,15 +84,17 @@ class Dialogue(NamedTuple):
             work them out.
         left: (1,) number of questions that are still to be answered with it.
         stage: (1,) stage of the tick, as in `TickProgress`.
+        noted: (1,) tick of the last question, whose values and outcome are filled in.
         values: (V_AHEAD + 2 k,) values of the last question.
         outcome: (OUTCOMES,) of the step so far.
-        view: Form of them.
+        form: Form of them.
     """
 
     answer: Floats
     left: Integers
     stage: Integers
-    values: Floats
+    noted: Integers
+    values: Values
     outcome: Floats
     form: Form
 
@@ -112,6 +111,7 @@ def note_question(states: Sequence[BodyState], computer: Computer, ahead: Floats
     """
     c, state, values, outcome, form = computer[0], states[0], dialogue.values, dialogue.outcome, dialogue.form
     leg, now = c.leg, c.leg.now
+    dialogue.noted[0] = c.times.tick
     x = c.filter.states[c.times.tick % model.RING]
     true_rad, believed_rad = state.heading_rad, x[model.HEADING]
     east_m, north_m = state.east_m - x[model.EAST], state.north_m - x[model.NORTH]
@@ -140,32 +140,62 @@ def note_question(states: Sequence[BodyState], computer: Computer, ahead: Floats
     for i in range(len(form.rows)):
         values[V_AHEAD + 2 * i] = ahead[form.rows[i], A_SPEED]
         values[V_AHEAD + 2 * i + 1] = ahead[form.rows[i], A_YAW_RATE]
+    for i in range(len(values)):
+        values[i] = min(max(values[i], -form.bounds[i]), form.bounds[i])
 
 
 @unlocked
-def answer_questions(
-    progress: Sequence[TickProgress], hardware: Hardware, pilot: Pilot, accounts: TickAccounts, dialogue: Dialogue
-) -> None:
-    """Answer questions of nominal ticks until none is left to be answered, or a tick is not nominal.
+def answer_question(
+    progress: Sequence[TickProgress],
+    states: Sequence[BodyState],
+    computer: Computer,
+    ahead: Floats,
+    twist: Floats,
+    dialogue: Dialogue,
+) -> bool:
+    """Answer the question of a nominal tick, for `run_nominal_ticks` to go on.
 
     Args:
-        progress: (1,) updated; its stage is ASKING.
-        hardware: World and sensors, updated.
-        pilot: Computer, updated.
-        accounts: Accounts in which each tick is entered.
+        progress: (1,) progress of the ticks.
+        states: (1,) true state of the body.
+        computer: (1,) computer that asks.
+        ahead: (n, AHEAD_COLUMNS) path ahead.
+        twist: (2 + actuators,) filled with the answer.
         dialogue: Answer; the rest is updated.
+
+    Returns:
+        False if nothing is asked, or no question is left to be answered.
     """
-    at, left, answer, form = progress[0], dialogue.left, dialogue.answer, dialogue.form
-    twist, ahead = pilot.pursuit.twist, pilot.course.leg.ahead
-    while left[0] > 0 and at.stage == ASKING:
-        left[0] -= 1
-        copy(answer, twist)
-        twist[0] += form.share * ahead[form.lead, A_SPEED]
-        twist[1] += form.share * ahead[form.lead, A_YAW_RATE]
-        run_nominal_ticks(progress, hardware, pilot, accounts)
-        if at.stage == ASKING:
-            note_question(hardware.world.state, pilot.computer, ahead, dialogue)
+    at, left, form = progress[0], dialogue.left, dialogue.form
     dialogue.stage[0] = at.stage
+    if at.stage != ASKING:
+        return False
+    if dialogue.noted[0] != at.tick:
+        note_question(states, computer, ahead, dialogue)
+    if left[0] <= 0:
+        return False
+    left[0] -= 1
+    copy(dialogue.answer, twist)
+    twist[0] += form.share * ahead[form.lead, A_SPEED]
+    twist[1] += form.share * ahead[form.lead, A_YAW_RATE]
+    return True
+
+
+@kernel
+def begin_step(ticks: int, over: Flags, left: Integers, outcomes: Floats) -> None:
+    """Set the questions (n,) that are left of robots whose drive is not over, and clear the rewards (n, OUTCOMES)."""
+    for i in range(len(left)):
+        left[i] = 0 if over[i] else ticks
+        outcomes[i, O_REWARD] = 0.0
+
+
+@kernel
+def first_unfinished(left: Integers, stages: Integers) -> int:
+    """Return the first robot that has questions left or whose tick was not nominal; -1 if there is none."""
+    for i in range(len(left)):
+        if left[i] > 0 or stages[i] != ASKING:
+            return i
+    return -1
 
 
 class SteppedRobots:
@@ -196,17 +226,14 @@ class SteppedRobots:
         self.drives = [SteppedDrive(setup, *job, rows) for _ in range(count)]
         actuators = len(setup.vehicle.drive.actuators)
         self.answers: Floats = np.full((count, 2 + actuators), np.nan)
-        self.values: Floats = np.zeros((count, V_AHEAD + 2 * len(form.rows)))
+        self.values: Values = np.zeros((count, V_AHEAD + 2 * len(form.rows)), dtype=np.float32)
         self.outcomes: Floats = np.zeros((count, OUTCOMES))
-        self.over = np.zeros(count, dtype=np.bool_)
+        self.over: Flags = np.zeros(count, dtype=np.bool_)
         self._left, self._stages = np.zeros(count, dtype=np.int64), np.full(count, ASKING)
-        self._dialogues = [
-            Dialogue(
-                self.answers[i], self._left[i : i + 1], self._stages[i : i + 1], self.values[i], self.outcomes[i], form
-            )
-            for i in range(count)
-        ]
-        self._batch = KernelBatch(answer_questions, count)
+        single = (each[:, None] for each in (self._left, self._stages, np.zeros(count, dtype=np.int64)))
+        parts = zip(self.answers, *single, self.values, self.outcomes, strict=True)
+        self._dialogues = [Dialogue._make((*part, form)) for part in parts]
+        self._batch = KernelBatch(answer_question, run_nominal_ticks, count)
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
         bounds = np.linspace(0, count, threads + 1).astype(int).tolist()
         self._parts = list(pairwise(bounds))
@@ -220,14 +247,12 @@ class SteppedRobots:
 
     def step(self, ticks: int) -> None:
         """Answer so many questions of each robot whose drive is not over, fewer if it ends."""
-        self.outcomes[:, O_REWARD] = 0.0
-        self._left[:] = ticks
-        self._left[self.over] = 0
+        begin_step(ticks, self.over, self._left, self.outcomes)
         if self._pool is None:
             self._batch.run(0, len(self.drives))
         else:
             list(self._pool.map(self._batch.run, *zip(*self._parts, strict=True)))
-        for i in ((self._left > 0) | (self._stages != ASKING)).nonzero()[0].tolist():
+        while (i := first_unfinished(self._left, self._stages)) >= 0:
             self._go_on(i)
 
     def _go_on(self, i: int) -> None:
@@ -255,7 +280,9 @@ class SteppedRobots:
         if self.over[i] or asked.arguments is None:
             self._batch.clear(i)
         else:
-            self._batch.set(i, (*asked.arguments, self._dialogues[i]))
+            progress, hardware, pilot, _ = asked.arguments
+            question = progress, hardware.world.state, pilot.computer, asked.ahead, pilot.pursuit.twist
+            self._batch.set(i, (*question, self._dialogues[i]), asked.arguments)
         if not drive.over:
             emulator = drive.emulator
             self._note(emulator.world.state.array, emulator.onboard.computer, asked.ahead, self._dialogues[i])

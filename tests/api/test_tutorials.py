@@ -2,10 +2,12 @@
 
 import os
 import re
+import runpy
 import shlex
 import signal
 import subprocess
 import sys
+import tempfile
 import termios
 from functools import partial
 from pathlib import Path
@@ -26,23 +28,35 @@ MOST_WORDS = 700
 LASTING = ("up", "tui")
 
 
-def test_the_site_is_built_with_executed_notebooks_and_needs_no_other_host(tmp_path: Path) -> None:
-    site, command = tmp_path / "site", [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going"]
+def site(tmp_path: Path, *options: str) -> dict[Path, str]:
+    """Text of each page of the site, built anew without a warning."""
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-d", str(tmp_path / "doctrees"), *options]
     environment = os.environ | {"TMPDIR": str(tmp_path)}
     built = subprocess.run(
-        [*command, "-d", str(tmp_path / "doctrees"), str(ROOT / "docs"), str(site)],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
+        [*command, str(ROOT / "docs"), str(tmp_path)], env=environment, capture_output=True, text=True, check=False
     )
     assert built.returncode == 0, built.stderr
-    pages = {page.relative_to(site): page.read_text(encoding="utf-8") for page in site.rglob("*.html")}
+    return {page.relative_to(tmp_path): page.read_text(encoding="utf-8") for page in tmp_path.rglob("*.html")}
+
+
+def test_the_site_is_built_with_its_notebooks_and_needs_no_other_host(tmp_path: Path) -> None:
+    # Cells get their language, and thus colours, from the kernel that executes them.
+    pages = site(tmp_path, "-D", "nb_execution_mode=off", "-D", "suppress_warnings=myst-nb.lexer")
     assert not [(page, LOADED.findall(text)) for page, text in pages.items() if LOADED.search(text)]
-    assert "<svg style" in pages[Path("tutorials/first_hour.html")]
-    assert sorted(each.stem for each in site.rglob("*.ipynb")) == sorted(
+    assert sorted(each.stem for each in tmp_path.rglob("*.ipynb")) == sorted(
         [*(each.stem for each in TUTORIALS), "gallery"]
     )
+
+
+@pytest.mark.full
+def test_the_site_shows_what_notebooks_give(tmp_path: Path) -> None:
+    assert "<svg style" in site(tmp_path)[Path("tutorials/first_hour.html")]
+
+
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+def test_a_tutorial_runs_as_a_program(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    runpy.run_path(str(page))
 
 
 def blocks(page: Path, kind: str) -> list[str]:

@@ -1,6 +1,7 @@
 """Kernels: compiled once, kept on disk, called from Python and from each other."""
 
 import gc
+import json
 import math
 import os
 import resource
@@ -9,6 +10,7 @@ import struct
 import subprocess
 import sys
 import time
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -269,6 +271,32 @@ def test_a_library_of_kernels_is_used_without_numba_and_llvm(tmp_path: Path, mon
     (tmp_path / "numbers_of.py").write_text("FACTOR = 3\n")  # other text: the library has no code for it
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 1 and "numba" in done.stderr
+
+
+def test_a_library_that_is_damaged_or_missing_is_told_and_not_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def found() -> tuple[object, str]:
+        monkeypatch.setattr(kernel_store, "shipped", cache(kernel_store.shipped.__wrapped__))
+        caplog.clear()
+        return kernel_store.find("some"), caplog.text
+
+    monkeypatch.setattr(kernel_store, "_SHIPPED", tmp_path / "library")
+    assert found() == (None, "")
+    library, contents = tmp_path / "library" / kernel_store.LIBRARY, tmp_path / "library" / kernel_store.CONTENTS
+    library.parent.mkdir()
+    library.write_bytes(b"code")
+    listed = kernel_store.Contents(numba="", digest=kernel_store.digest(b"code"), results={"some": "int64"})
+    contents.write_text(json.dumps(listed))
+    for problem, damage in (
+        ("kernels.so: file too short", lambda: None),
+        ("kernels.so is damaged", lambda: library.write_bytes(b"odes")),
+        ("No such file", library.unlink),
+        ("kernels.json is damaged", lambda: contents.write_text(contents.read_text()[:9])),
+    ):
+        damage()
+        code, said = found()
+        assert code is None and problem in said and said.rstrip().endswith("reinstall Touchline")
 
 
 def test_processes_that_want_the_same_code_compile_it_once(tmp_path: Path) -> None:

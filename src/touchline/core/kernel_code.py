@@ -60,13 +60,18 @@ def _engine() -> Any:
 
 
 @cache
-def _library(path: Path) -> ctypes.CDLL:
+def library(path: Path) -> ctypes.CDLL:
+    """Load a library of code.
+
+    Raises:
+        OSError: It cannot be loaded.
+    """
     return ctypes.CDLL(str(path))
 
 
-def _address_in(library: ctypes.CDLL, symbol: str) -> int:
+def _address_in(loaded: ctypes.CDLL, symbol: str) -> int:
     try:
-        return ctypes.cast(library[symbol], ctypes.c_void_p).value or 0
+        return ctypes.cast(loaded[symbol], ctypes.c_void_p).value or 0
     except AttributeError:
         return 0
 
@@ -82,8 +87,8 @@ def load(code: bytes | Path, name: str) -> Callable[[str], int]:
         Function that gives the address of a function in it by name; 0 if there is none.
     """
     if isinstance(code, Path):
-        library = _library(code)
-        return lambda symbol: _address_in(library, symbol)
+        loaded = library(code)
+        return lambda symbol: _address_in(loaded, symbol)
     with _LOCK:
         if name not in _linked:
             import llvmlite.binding as llvm

@@ -9,6 +9,7 @@ import fcntl
 import hashlib
 import inspect
 import json
+import logging
 import os
 import shutil
 import time
@@ -24,7 +25,7 @@ import numpy as np
 
 from touchline.core.import_closure import closure_digest
 from touchline.core.kernel_arguments import ArrayType, RecordType, Tree, TupleType, classes_of
-from touchline.core.kernel_code import target
+from touchline.core.kernel_code import library, target
 from touchline.core.native_call import LAYOUT
 
 #: Changes whenever files of the same name mean something else.
@@ -37,6 +38,7 @@ _SHIPPED: Final = Path(__file__).with_name("compiled")
 _UNUSED_S: Final = 30 * 24 * 3600.0
 _MOST_BYTES: Final = 200_000_000
 _DAY_S: Final = 24 * 3600.0
+_LOG: Final = logging.getLogger(__name__)
 
 
 def cache_folder() -> Path:
@@ -46,19 +48,27 @@ def cache_folder() -> Path:
 
 
 class Contents(TypedDict):
-    """Contents of a library of kernels: the version of Numba that compiled them, and types of results by name."""
+    """Contents of a library of kernels: Numba's version, the digest of the library, and types of results by name."""
 
     numba: str
+    digest: str
     results: dict[str, Any]
 
 
 @cache
 def shipped() -> Contents:
-    """Contents of the package's library; nothing if it has none."""
-    with suppress(OSError, ValueError):
-        contents: Contents = json.loads((_SHIPPED / CONTENTS).read_text(encoding="utf-8"))
-        return contents
-    return {"numba": "", "results": {}}
+    """Contents of the package's library; nothing if it has none, or one that cannot be used, of which it warns."""
+    if _SHIPPED.is_dir():
+        try:
+            contents: Contents = json.loads((_SHIPPED / CONTENTS).read_text(encoding="utf-8"))
+            if contents["digest"] == digest((_SHIPPED / LIBRARY).read_bytes()):
+                library(_SHIPPED / LIBRARY)
+                return contents
+            problem = f"{_SHIPPED / LIBRARY} is damaged"
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            problem = str(error) if isinstance(error, OSError) else f"{_SHIPPED / CONTENTS} is damaged"
+        _LOG.warning("the compiled kernels of the package cannot be used: %s; reinstall Touchline", problem)
+    return {"numba": "", "digest": "", "results": {}}
 
 
 @cache
@@ -118,8 +128,8 @@ def read(file: Path) -> tuple[Any, bytes]:
         ValueError: It is damaged.
     """
     head, code = file.read_bytes().split(b"\n", 1)
-    listed, digest = json.loads(head)
-    if digest != _digest(code):
+    listed, found = json.loads(head)
+    if found != digest(code):
         raise ValueError(file)
     return listed, code
 
@@ -136,7 +146,7 @@ def keep(name: str, code: bytes, result: Tree) -> None:
     folder = cache_folder()
     written = folder / f"{name}.{os.getpid()}"
     with suppress(OSError, TypeError):
-        head = json.dumps([_listed(result), _digest(code)]).encode()
+        head = json.dumps([_listed(result), digest(code)]).encode()
         try:
             written.write_bytes(head + b"\n" + code)
             written.replace(folder / f"{name}.o")
@@ -162,8 +172,9 @@ def compiling_alone(name: str) -> Iterator[None]:
             lock.close()
 
 
-def _digest(code: bytes) -> str:
-    return hashlib.blake2b(code, digest_size=16).hexdigest()
+def digest(code: bytes) -> str:
+    """Digest that shows damage, by the hash that processors have instructions for."""
+    return hashlib.sha256(code).hexdigest()
 
 
 def _prune(folder: Path) -> None:

@@ -58,7 +58,7 @@ class FollowPlan(gymnasium.Env[Observations, Actions]):
         """
         task = self._task
         task.step(np.asarray(action)[None])
-        terminated, truncated = (bool(each[0]) for each in task.ends)
+        terminated, truncated = task.ends[:, 0].tolist()
         info = {**self._info(), **(task.ending(0) if terminated or truncated else {})}
         return task.observations[0], float(task.rewards[0]), terminated, truncated, info
 

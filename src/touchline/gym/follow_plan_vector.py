@@ -84,7 +84,7 @@ class FollowPlanVector(VectorEnv[Observations, Actions, NDArray[Any]]):
             infos = self._add_info(infos, {"seed": task.restart(i, self._random[i])}, i)
         rewards = task.rewards
         rewards[again] = 0.0
-        terminated, truncated = (each & ~again for each in task.ends)
+        terminated, truncated = task.ends & ~again
         self._ended = terminated | truncated
         for i in np.flatnonzero(self._ended).tolist():
             infos = self._add_info(infos, task.ending(i), i)

@@ -15,6 +15,7 @@ from pydantic import Field
 from touchline.api.given_arguments import checked, setup_of
 from touchline.api.plan_options import Positive
 from touchline.api.planned import Plan, plan
+from touchline.core.jit import kernel
 from touchline.onboard.control.lead import lead_ticks
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.interface import TICKS_PER_S
@@ -27,6 +28,8 @@ from touchline.services.robot_sim import stepped_robots as robots
 from touchline.services.robot_sim.stepped_robots import Form, SteppedRobots
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 Observations = NDArray[np.float32]
 Actions = NDArray[np.float32]
 Work = Plan | Template | str | Path | Mapping[str, Any]
@@ -39,6 +42,41 @@ LEAST_YAW_RATE_RADPS: Final = 1.0
 """Yaw rate that the above are multiples of on a plan that hardly turns."""
 LATERAL_LIMITS: Final = 2.0
 """Bound of observed distances, as a multiple of the limit at which an episode ends."""
+
+
+@kernel
+def scale_actions(actions: Floats, scale: Floats, answers: Floats, first: int) -> bool:
+    """Scale actions, clipped to −1 … 1; return False as soon as one is not finite.
+
+    Args:
+        actions: (n, k).
+        scale: (k,) factors.
+        answers: (n, `first` + k or more) filled in from column `first` on.
+        first: That column.
+    """
+    for i in range(len(actions)):
+        for j in range(len(scale)):
+            if not math.isfinite(actions[i, j]):
+                return False
+            answers[i, first + j] = min(max(actions[i, j], -1.0), 1.0) * scale[j]
+    return True
+
+
+@kernel
+def find_ends(outcomes: Floats, limit_m: float, over: Flags, answered: Integers, most: int, ends: Flags) -> None:
+    """Find robots whose episode has ended.
+
+    Args:
+        outcomes: (n, robots.OUTCOMES) of the last step.
+        limit_m: Largest distance of a nozzle from its path.
+        over: (n,) True where the drive is over.
+        answered: (n,) ticks so far.
+        most: Ticks after which an episode is truncated.
+        ends: (2, n) filled with True where it is terminated and truncated.
+    """
+    for i in range(len(over)):
+        ends[0, i] = over[i] or abs(outcomes[i, robots.O_NOZZLE]) > limit_m
+        ends[1, i] = answered[i] >= most and not ends[0, i]
 
 
 class FollowPlanOptions(Spec):
@@ -92,24 +130,21 @@ class FollowTask:
         lead = lead_ticks(drive_of(vehicle).lag_s)
         # Now, at the lead, and from there to a second ahead, every second one of the rows that are COARSE_TICKS apart.
         rows = np.array([0, lead, *range(lead + 2, lead + 1 + (TICKS_PER_S - lead) // COARSE_TICKS, 2)])
-        form = Form(rows, lead, float(given.action == "residual"), given.observation == "truth", given.limit_m)
-        self.robots = SteppedRobots(setup, (self.plan.trajectory, self.plan.template), count, form, threads)
         path = self.plan.path()
         largest = np.array([np.abs(path["speed_mps"]).max(), LEAST_YAW_RATE_RADPS])
         largest[1] = max(largest[1], np.abs(path["speed_mps"] * path["curvature_1pm"]).max())
+        high = self._bounds(len(rows), 2.0 * TWIST_SHARE * largest)
+        residual, truth = float(given.action == "residual"), given.observation == "truth"
+        form = Form(rows, lead, residual, truth, given.limit_m, high.astype(np.float64))
+        self.robots = SteppedRobots(setup, (self.plan.trajectory, self.plan.template), count, form, threads)
         self._scale: Floats = (RESIDUAL_SHARE if given.action == "residual" else TWIST_SHARE) * largest
         if given.action == "actuators":
             self._scale = np.array([actuator.limit for actuator in vehicle.drive.actuators])
         self.robots.answers[:, :2] = 0.0
-        self._answers = self.robots.answers[:, slice(2, None) if given.action == "actuators" else slice(0, 2)]
-        self._nozzle_m = self.robots.outcomes[:, robots.O_NOZZLE]
-        high = self._bounds(len(rows), 2.0 * TWIST_SHARE * largest)
+        self._first = 2 if given.action == "actuators" else 0
         self.observation_space = Box(-high, high, dtype=np.float32)
-        self._high: Floats = high.astype(np.float64)
-        self._low: Floats = -self._high
         self.action_space = Box(-1.0, 1.0, (len(self._scale),), np.float32)
         self._answered, self._most_ticks = np.zeros(count, dtype=np.int64), math.ceil(given.max_time_s * TICKS_PER_S)
-        self._limit_m = given.limit_m
         self._actions_shape = (count, len(self._scale))
 
     def _bounds(self, rows: int, twist: Floats) -> Observations:
@@ -137,20 +172,19 @@ class FollowTask:
         Raises:
             SpecError: The actions are of another shape, or not finite.
         """
-        given = np.asarray(actions, dtype=np.float64)
+        given = np.ascontiguousarray(actions, dtype=np.float64)
         if given.shape != self._actions_shape:
             shape = self._actions_shape if self._actions_shape[0] > 1 else self._actions_shape[1:]
             raise SpecError("touchline.gym", "action", f"has {given.size} values", f"give an array of shape {shape}")
-        if not np.isfinite(given).all():
+        if not scale_actions(given, self._scale, self.robots.answers, self._first):
             raise SpecError("touchline.gym", "action", "is not finite", "give numbers between -1 and 1")
-        np.multiply(np.minimum(np.maximum(given, -1.0), 1.0), self._scale, out=self._answers)
         self.robots.step(self.options.ticks)
         self._answered += self.options.ticks
 
     @property
     def observations(self) -> Observations:
         """Observations (n, m), a new array."""
-        return np.minimum(np.maximum(self.robots.values, self._low), self._high).astype(np.float32)
+        return self.robots.values.copy()
 
     @property
     def rewards(self) -> Floats:
@@ -160,17 +194,17 @@ class FollowTask:
     @property
     def lateral_m(self) -> Floats:
         """True distances (n,) of the tools to the left of their paths, a new array."""
-        return self._nozzle_m.copy()
+        return self.robots.outcomes[:, robots.O_NOZZLE].copy()
 
     @property
-    def ends(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Robots (n,) whose episode is terminated and truncated, each a new array.
+    def ends(self) -> Flags:
+        """Robots whose episode is terminated, and truncated, a new array (2, n).
 
         It is terminated where the drive is over, the robot has paused, or it is beyond the limit.
         """
-        terminated = np.abs(self._nozzle_m) > self._limit_m
-        terminated |= self.robots.over
-        return terminated, (self._answered >= self._most_ticks) & ~terminated
+        ends = np.empty((2, len(self._answered)), dtype=np.bool_)
+        find_ends(self.robots.outcomes, self.options.limit_m, self.robots.over, self._answered, self._most_ticks, ends)
+        return ends
 
     def ending(self, i: int) -> dict[str, Any]:
         """Information on a robot whose episode has ended: why, and the figures of its work if it is at the end."""
