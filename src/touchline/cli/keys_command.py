@@ -127,7 +127,7 @@ def list_(folder: FolderOption = None) -> None:
 
     authority = CertificateAuthority(_folder(folder))
     ends = shown(authority.certificate.not_valid_after_utc)
-    title = f"authority {_fingerprint(authority)}, valid until {ends}; access list {authority.access.number}"
+    title = f"certificate authority {_fingerprint(authority)}, valid until {ends}; access list {authority.access.number}"
     table = Table(Column("name", no_wrap=True), "role", "hosts", "valid until", title=title, title_justify="left")
     for member in authority.access.members:
         table.add_row(member.name, member.role, escape(", ".join(member.hosts)), escape(_validity(authority, member)))

@@ -1,7 +1,6 @@
 """The access list of a secured bus: who may join, signed by the certificate authority."""
 
 import base64
-import binascii
 import ipaddress
 import json
 import re
@@ -169,7 +168,7 @@ def load(path: Path, ca: bytes, at_least: int = 0) -> AccessList:
     found = parse(_SignedList, read_text(path), str(path))
     try:
         signature = base64.b64decode(found.signature, validate=True)
-    except binascii.Error:
+    except ValueError:
         signature = b""
     if not is_signed(read_certificate(ca, "the authority's certificate"), _PURPOSE, _signed(found.access), signature):
         raise SpecError(str(path), "", "is damaged, forged, or of another authority", _REMEDY)

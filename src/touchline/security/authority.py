@@ -37,6 +37,7 @@ DEFAULT_ROUTER: Final = "tls/127.0.0.1:7461"
 DEFAULT_LIFE: Final = timedelta(days=30)
 LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")
 _MAIN: Final = "main"
+_LONGEST_USER: Final = 32
 #: Those whose members others connect to.
 _LISTENING: Final = (Role.ROUTER, Role.ROBOT)
 #: Processes of a system beside its robots and its operator.
@@ -199,9 +200,9 @@ class CertificateAuthority:
         access = self.access.changed(certificates.now(), members=kept, revoked=(*self.access.revoked, member.name))
         self._write(access, signed(access, key), {})
         folder = self.folder_of(member)
-        for name in (KEY_FILE, CERTIFICATE_FILE, AUTHORITY_FILE, ACCESS_FILE):
-            (folder / name).unlink(missing_ok=True)
-        with suppress(OSError):  # somebody keeps other files in it, or it is gone
+        with suppress(OSError):  # somebody keeps other files in it, or it is gone; without a member it is worth nothing
+            for name in (KEY_FILE, CERTIFICATE_FILE, AUTHORITY_FILE, ACCESS_FILE):
+                (folder / name).unlink(missing_ok=True)
             folder.rmdir()
 
     def due(self) -> list[Member]:
@@ -326,7 +327,7 @@ def issued_for_system(folder: Path, namespaces: Sequence[str]) -> dict[Role | st
 def _user() -> str:
     """Return the name of this user, as an identity's may be."""
     try:
-        return re.sub(r"[^A-Za-z0-9_-]+", "-", getpass.getuser()).strip("-") or str(os.getuid())
+        return re.sub(r"[^A-Za-z0-9_-]+", "-", getpass.getuser())[:_LONGEST_USER].strip("-") or str(os.getuid())
     except (KeyError, OSError):  # of a user without an entry
         return str(os.getuid())
 

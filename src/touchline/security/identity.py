@@ -20,7 +20,7 @@ AUTHORITY_FILE: Final = "ca.pem"
 IDENTITIES: Final = "identities"
 _PURPOSE: Final = "data"
 #: A key and its certificate are replaced one right after the other; a reader between them looks again.
-_LOOKS, _LOOK_AGAIN_S = 5, 0.05
+_LOOKS, _LOOK_AGAIN_S = 40, 0.05
 
 
 @dataclass(frozen=True)
