@@ -6,6 +6,7 @@ import shutil
 import struct
 from base64 import b64decode
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from hashlib import sha256
@@ -20,16 +21,23 @@ from mcap.reader import make_reader
 
 from tests.bridge.mutations import mutated, records
 from tests.bridge.said import messages
+from tests.bridge.test_recorder import full_disk
+from tests.bridge.test_session import Said
+from touchline.recordings.part_limits import PartLimits
 from touchline.recordings.reader import read_summary
 from touchline.recordings.recorder import Recorder
+from touchline.recordings.recording_file import RecordingError
 from touchline.recordings.salvage import salvage
 from touchline.recordings.seal_verification import SealedPart, SealVerdict, SignatureCheck, verify_recording
 from touchline.recordings.sealing import SEAL, Signer
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.roles import Role
+from touchline.schemas.topics import DEFAULT_NAMESPACE
 from touchline.security.authority import CertificateAuthority
 from touchline.security.identity import Identity, verify
+from touchline.services.bridge.recording_folder import RecordingFolder
+from touchline.services.bridge.recording_session import RecordingSession
 
 #: Messages between two flushes.
 FLUSH_MESSAGES = 50
@@ -263,6 +271,38 @@ def test_a_key_that_cannot_be_used_ends_the_recording(tmp_path: Path, signer: Id
     report = recorder_of(tmp_path / "a.mcap", Lost(signer), ticks=20).finish()
     assert "the key is gone" in report.problem and report.messages > 20
     assert verified(tmp_path / "a.mcap").verdict is SealVerdict.CUT_SHORT
+
+
+def test_a_full_disk_leaves_a_file_that_is_cut_short(
+    original: Path, tmp_path: Path, signer: Identity, verified: Verified
+) -> None:
+    size = original.stat().st_size
+    for limit in (size // 2, size - 6000, size - 100, size - 1):
+        path = tmp_path / f"{limit}.mcap"
+        with full_disk(limit):
+            recorder = Recorder(path, signer=signer)
+            with suppress(RecordingError):
+                for number, (topic, message) in enumerate(messages(500)):
+                    recorder.write(topic.name, encode(message), number)
+                    if number % FLUSH_MESSAGES == 0:
+                        recorder.flush()
+            report = recorder.finish()
+        assert "the recording ends before it" in report.problem and read_summary(path).problem == ""
+        assert verified(path).verdict is SealVerdict.CUT_SHORT
+
+
+def test_the_bridge_s_parts_belong_together_over_its_restart(keys: Path, tmp_path: Path, signer: Identity) -> None:
+    folder = RecordingFolder(tmp_path, signer=signer)
+    first = folder.recorder(tmp_path / "a.mcap", (DEFAULT_NAMESPACE,), ())
+    session = RecordingSession(first, [Said()], PartLimits(max_s=1.0))
+    for tenth in range(25):
+        session.pump(tenth / 10)
+    assert [part.name for part in session.parts] == ["a.mcap", "a.part2.mcap", "a.part3.mcap"]
+    after = folder.recorder(tmp_path / "a.part4.mcap", (DEFAULT_NAMESPACE,), session.parts)
+    RecordingSession(after, [Said()], continues=session.parts).finish()
+    verdicts = [each.verdict for each in verify_recording(tmp_path / "a.mcap", trusting(keys)).files]
+    whole, cut = SealVerdict.AS_RECORDED, SealVerdict.CUT_SHORT
+    assert verdicts == [whole, whole, cut, whole]
 
 
 def test_parts_belong_together(keys: Path, tmp_path: Path, signer: Identity, verified: Verified) -> None:

@@ -131,13 +131,12 @@ class SealedFile(RecordingFile):
         text = self._text(messages, log_time_ns, end="part" if goes_on else "recording", rest_sha256=_NO_HASH)
         self._held = []
         writer.add_metadata(SEAL, {"seal": text, "signature": " " * _SIGNATURE_CHARACTERS, **certificate})
-        blank = b"".join(self._held)
-        self._held = [blank]
+        behind = self.tell()
         writer.finish()  # type: ignore[no-untyped-call]
-        rest, self._held = self._held[1:], None
-        values = self._signed(text.replace(_NO_HASH, sha256(b"".join(rest)).hexdigest()), certificate)
-        for data in (seal_record(values), *rest):
-            self.write(data)
+        held, self._held = b"".join(self._held), None
+        rest = held[behind - self.tell() :]
+        values = self._signed(text.replace(_NO_HASH, sha256(rest).hexdigest()), certificate)
+        self.write(seal_record(values) + rest)  # at once: on a full disk neither is kept
 
     def _text(self, messages: int, log_time_ns: int, **more: str) -> str:
         fields: dict[str, Any] = {
