@@ -6,25 +6,26 @@ from datetime import timedelta
 import pytest
 
 from touchline.security import certificates
+from touchline.security.identity import Identity
 
 
 @pytest.fixture
 def keys(touchline, tmp_path, monkeypatch):
     """`touchline keys`, with an authority in the user's own folder."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    code, out, said = touchline("keys", "init", "--router", "tls/10.0.0.1:7461")
+    code, out, said = touchline("keys", "init", "--router", "tls/192.0.2.1:7461")
     assert (code, out) == (0, "") and f"in {tmp_path}/touchline/keys\n" in said
     return lambda *arguments: touchline("keys", *arguments)
 
 
 def test_from_nothing_to_a_revoked_identity(keys, tmp_path, monkeypatch):
     identities = tmp_path / "touchline" / "keys" / "identities"
-    code, out, said = keys("issue", "robot", "field/tt2", "--host", "10.0.0.3", "--host", "tt2.local")
+    code, out, said = keys("issue", "robot", "field/tt2", "--host", "192.0.2.3", "--host", "tt2.local")
     assert (code, out) == (0, f"{identities}/robot.field.tt2\n")
     to_robot, to_router = said.splitlines()
-    assert to_robot == f"copy {identities}/robot.field.tt2 to 10.0.0.3"
+    assert to_robot == f"copy {identities}/robot.field.tt2 to 192.0.2.3"
     path = identities / "router.main" / "access.json"
-    assert to_router == f" warning 10.0.0.1 has an older access list: copy {path} to the folder router.main"
+    assert to_router == f" warning 192.0.2.1 has an older access list: copy {path} to the folder router.main"
     assert keys("issue", "operator", "anna", "--days", "90")[0] == 0
     later = certificates.now() + timedelta(days=28)
     monkeypatch.setattr(certificates, "now", lambda: later)
@@ -32,18 +33,21 @@ def test_from_nothing_to_a_revoked_identity(keys, tmp_path, monkeypatch):
     title, _, *rows = out.splitlines()
     assert code == 0 and title.endswith("; access list 4") and title.startswith("certificate authority ")
     assert [row.split("\t")[:3] for row in rows] == [
-        ["router.main", "router", "10.0.0.1"],
-        ["robot.field.tt2", "robot", "10.0.0.3, tt2.local"],
+        ["router.main", "router", "192.0.2.1"],
+        ["robot.field.tt2", "robot", "192.0.2.3, tt2.local"],
         ["operator.anna", "operator", "localhost, 127.0.0.1, ::1"],
     ]
     assert rows[0].endswith("(in 48 h)") and rows[2].endswith("(in 62 days)")
     code, out, said = keys("renew")
     assert (code, out) == (0, f"{identities}/router.main\n{identities}/robot.field.tt2\n")
-    assert f"copy {identities}/robot.field.tt2 to 10.0.0.3\n" in said
+    assert f"copy {identities}/robot.field.tt2 to 192.0.2.3\n" in said
     assert keys("renew") == (0, "", "nothing expires soon\n")
+    shutil.copy(identities / "router.main" / "access.json", tmp_path / "older.json")
     code, out, said = keys("revoke", "operator.anna")
-    assert (code, out) == (0, "") and "10.0.0.1 has an older access list" in said and "10.0.0.3 has an older" in said
+    assert (code, out) == (0, "") and "192.0.2.1 has an older access list" in said and "192.0.2.3 has an older" in said
+    shutil.copy(tmp_path / "older.json", identities / "router.main" / "access.json")  # as if it had been interrupted
     assert "revoked already" in keys("revoke", "operator.anna")[2]
+    assert Identity.load(identities / "router.main").access.revoked == ("operator.anna",)
     assert keys("list")[1].splitlines()[-1] == "operator.anna\toperator\t\trevoked"
 
 

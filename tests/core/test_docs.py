@@ -20,8 +20,10 @@ PLACES = (
     ROOT / "src" / "touchline" / "onboard",
 )
 NAMED = re.compile(r"`((?:[a-z_0-9]+/)+(?:[a-z_0-9]+\.(?:py|json|msg|srv))?)`")
-#: Folders of others, where topics are, and what only `make` makes.
-ELSEWHERE = frozenset(("ws/src/", "zenoh/", "truth/", "tls/", "build/tree/", "build/docs/"))
+#: Folders of others and of keys, where topics are, and what only `make` makes.
+ELSEWHERE = frozenset(
+    ("authority/", "identities/", "ws/src/", "zenoh/", "truth/", "tls/", "build/tree/", "build/docs/")
+)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

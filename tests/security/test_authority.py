@@ -171,6 +171,20 @@ def test_without_room_nothing_changes(authority: CertificateAuthority, anna: Ide
     assert Identity.load(anna.folder) == anna
 
 
+@pytest.mark.parametrize("room", [100, 640])
+def test_without_room_there_is_no_half_an_authority(folder: Path, room: int) -> None:
+    """The authority's certificate has 620 bytes, the router's 670."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (room, hard))
+    try:
+        with pytest.raises(SpecError, match=r"cannot be written .*; make room"):
+            CertificateAuthority.create(folder)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert files(folder) == {}
+    assert CertificateAuthority.create(folder).access.member("router.main")
+
+
 def test_those_who_issue_at_once_lose_nothing(authority: CertificateAuthority) -> None:
     def issue(name: str) -> None:
         with CertificateAuthority.changing(authority.folder) as own:

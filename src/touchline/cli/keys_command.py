@@ -1,5 +1,6 @@
 """``touchline keys``: certificate authority, identities and access list of a secured bus."""
 
+import socket
 from collections.abc import Iterable
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -13,9 +14,9 @@ from touchline.cli.display import print_event, print_line, print_table, say
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Event
 from touchline.schemas.roles import Role
+from touchline.security.access_list import ACCESS_FILE, DEFAULT_ROUTER, Member
 
 if TYPE_CHECKING:
-    from touchline.security.access_list import Member
     from touchline.security.authority import CertificateAuthority
 
 FolderOption = Annotated[
@@ -26,7 +27,6 @@ FolderOption = Annotated[
         help="Folder of keys (default: $XDG_CONFIG_HOME/touchline/keys).",
     ),
 ]
-_NAME_HELP = "Name of an identity, such as `operator.anna`."
 
 
 def register(app: typer.Typer) -> None:
@@ -46,7 +46,7 @@ _HELP = "Make, renew, revoke and list the identities of a secured bus (docs/guid
 def init(
     router: Annotated[
         str, typer.Option(metavar="ENDPOINT", help="Endpoint of the router, where all join.")
-    ] = "tls/127.0.0.1:7461",
+    ] = DEFAULT_ROUTER,
     folder: FolderOption = None,
 ) -> None:
     """Make a certificate authority, and the router's identity."""
@@ -58,9 +58,10 @@ def init(
 
 
 def issue(
-    role: Annotated[Role, typer.Argument(help="What the identity may do.", show_default=False)],
+    role: Annotated[Role, typer.Argument(metavar="ROLE", help="Part that it plays.", show_default=False)],
     name: Annotated[
-        str, typer.Argument(help="Of a robot, its namespace; else a person or process.", show_default=False)
+        str,
+        typer.Argument(metavar="NAME", help="Of a robot, its namespace; else a person or process.", show_default=False),
     ],
     host: Annotated[
         list[str] | None,
@@ -106,13 +107,17 @@ def renew(
 
 
 def revoke(
-    name: Annotated[str, typer.Argument(help=_NAME_HELP, show_default=False)], folder: FolderOption = None
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="The identity, such as `operator.anna`.", show_default=False)
+    ],
+    folder: FolderOption = None,
 ) -> None:
     """Take an identity off the access list, for good."""
     from touchline.security.authority import CertificateAuthority
 
     with CertificateAuthority.changing(_folder(folder)) as authority:
         if name in authority.access.revoked:
+            authority.renew(())  # a revocation that was interrupted may have left older lists
             say(f"{name} is revoked already")
         else:
             authority.revoke(authority.named(name))
@@ -126,8 +131,8 @@ def list_(folder: FolderOption = None) -> None:
     from touchline.security.certificates import shown
 
     authority = CertificateAuthority(_folder(folder))
-    ends = shown(authority.certificate.not_valid_after_utc)
-    title = f"certificate authority {_fingerprint(authority)}, valid until {ends}; access list {authority.access.number}"
+    ends, number = shown(authority.certificate.not_valid_after_utc), authority.access.number
+    title = f"certificate authority {_fingerprint(authority)}, valid until {ends}; access list {number}"
     table = Table(Column("name", no_wrap=True), "role", "hosts", "valid until", title=title, title_justify="left")
     for member in authority.access.members:
         table.add_row(member.name, member.role, escape(", ".join(member.hosts)), escape(_validity(authority, member)))
@@ -148,7 +153,7 @@ def _fingerprint(authority: "CertificateAuthority") -> str:
     return fingerprint(authority.certificate)
 
 
-def _validity(authority: "CertificateAuthority", member: "Member") -> str:
+def _validity(authority: "CertificateAuthority", member: Member) -> str:
     """Return the end of a member's certificate here, and how far away it is."""
     from touchline.security.certificates import now, read_certificate, shown
     from touchline.security.identity import CERTIFICATE_FILE
@@ -171,21 +176,30 @@ def _until(end: datetime, now: datetime) -> str:
     return f"in {hours / 24:.0f} days" if hours > 48 else f"in {hours:.0f} h"
 
 
-def _tell_whom_to_copy(authority: "CertificateAuthority", members: Iterable["Member"]) -> None:
+def _tell_whom_to_copy(authority: "CertificateAuthority", members: Iterable[Member]) -> None:
     for member in filter(_is_remote, members):
         say(f"copy {authority.folder_of(member)} to {member.hosts[0]}")
 
 
-def _tell_whom_to_give_the_list(authority: "CertificateAuthority", issued: "Member | None" = None) -> None:
-    """Name the machines that have an older access list: those of the router and the robots, who heed it, first."""
+def _tell_whom_to_give_the_list(authority: "CertificateAuthority", issued: Member | None = None) -> None:
+    """Name the machines that have an older access list, first those of the router and the robots, who heed it."""
     heeding = (Role.ROUTER, Role.ROBOT)
     remote = [each for each in authority.access.members if each != issued and _is_remote(each)]
     for member in sorted(remote, key=lambda each: each.role not in heeding):
-        path = authority.folder_of(member) / "access.json"
+        path = authority.folder_of(member) / ACCESS_FILE
         print_event(Event.WARN, f"{member.hosts[0]} has an older access list: copy {path} to the folder {member.name}")
 
 
-def _is_remote(member: "Member") -> bool:
-    from touchline.security.authority import LOCAL_HOSTS
+def _is_remote(member: Member) -> bool:
+    """Return whether a member's machine is another one; on this one the files of the keys folder itself are used."""
+    return not any(map(_is_here, member.hosts))
 
-    return not set(member.hosts) <= set(LOCAL_HOSTS)
+
+def _is_here(host: str) -> bool:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            probe.bind((host, 0))  # which takes an address of this machine
+    except OSError:
+        return False
+    return True

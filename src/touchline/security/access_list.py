@@ -19,10 +19,11 @@ if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ec import EllipticCurvePrivateKey
 
 ACCESS_FILE: Final = "access.json"
+DEFAULT_ROUTER: Final = "tls/127.0.0.1:7461"
 _PURPOSE: Final = "access list"
 _REMEDY: Final = "copy it anew from the folder of keys"
 #: The last label begins with a letter: what looks like a wrong IP address is not taken for a name.
-_DNS_NAME: Final = re.compile(r"([a-z0-9]([a-z0-9-]*[a-z0-9])?\.)*[a-z]([a-z0-9-]*[a-z0-9])?", re.IGNORECASE)
+_DNS_NAME: Final = re.compile(r"([a-z0-9]([a-z0-9-]*[a-z0-9])?\.)*[a-z]([a-z0-9-]*[a-z0-9])?", re.IGNORECASE | re.ASCII)
 _LONGEST_HOST: Final = 253
 
 

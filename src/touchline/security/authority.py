@@ -7,8 +7,9 @@ import getpass
 import logging
 import os
 import re
+import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
 from typing import Final, Self
@@ -20,8 +21,17 @@ from touchline.schemas.near_names import did_you_mean
 from touchline.schemas.roles import Role, identity_name
 from touchline.schemas.topics import NAMESPACE_RULE, is_namespace
 from touchline.security import certificates
-from touchline.security.access_list import ACCESS_FILE, AccessList, Member, checked_host, door_beside, load, signed
-from touchline.security.access_list import address_of as address_of_endpoint
+from touchline.security.access_list import (
+    ACCESS_FILE,
+    DEFAULT_ROUTER,
+    AccessList,
+    Member,
+    address_of,
+    checked_host,
+    door_beside,
+    load,
+    signed,
+)
 from touchline.security.identity import AUTHORITY_FILE, CERTIFICATE_FILE, IDENTITIES, KEY_FILE, Identity
 from touchline.security.key_files import (
     check_private,
@@ -33,7 +43,6 @@ from touchline.security.key_files import (
 
 _logger = logging.getLogger(__name__)
 
-DEFAULT_ROUTER: Final = "tls/127.0.0.1:7461"
 DEFAULT_LIFE: Final = timedelta(days=30)
 LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")
 _MAIN: Final = "main"
@@ -109,11 +118,12 @@ class CertificateAuthority:
 
     @classmethod
     def _created(cls, folder: Path, router: str) -> Self:
-        for path in (_key_of(folder), folder / AUTHORITY_FILE, folder / ACCESS_FILE):
+        made = (_key_of(folder), folder / AUTHORITY_FILE, folder / ACCESS_FILE)
+        for path in made:
             if os.path.lexists(path):
                 raise SpecError(str(path), "", "is there already", "use it, or give another folder")
         try:
-            host, _ = address_of_endpoint(router)
+            host, _ = address_of(router)
             door_beside(router, host)
             if not router.startswith("tls/"):
                 raise ValueError(f"give an endpoint like {DEFAULT_ROUTER}")
@@ -123,10 +133,15 @@ class CertificateAuthority:
         make_private_folder(_key_of(folder).parent)
         access = AccessList(number=1, issued=certificates.now(), router=router)
         text = signed(access, certificates.read_key(key, "the authority's key"))
-        replace_files({_key_of(folder): key, folder / AUTHORITY_FILE: ca, folder / ACCESS_FILE: text})
+        replace_files(dict(zip(made, (key, ca, text), strict=True)))
         authority = cls(folder)
         hosts = LOCAL_HOSTS if host in LOCAL_HOSTS else (host,)
-        authority.issue([authority.new_member(Role.ROUTER, _MAIN, hosts)])
+        try:
+            authority.issue([authority.new_member(Role.ROUTER, _MAIN, hosts)])
+        except SpecError:  # no room: nobody has used the authority yet
+            for path in made:
+                path.unlink()
+            raise
         return authority
 
     def new_member(self, role: Role, name: str, hosts: Sequence[str] = ()) -> Member:
@@ -199,11 +214,7 @@ class CertificateAuthority:
         kept = tuple(each for each in self.access.members if each != member)
         access = self.access.changed(certificates.now(), members=kept, revoked=(*self.access.revoked, member.name))
         self._write(access, signed(access, key), {})
-        folder = self.folder_of(member)
-        with suppress(OSError):  # somebody keeps other files in it, or it is gone; without a member it is worth nothing
-            for name in (KEY_FILE, CERTIFICATE_FILE, AUTHORITY_FILE, ACCESS_FILE):
-                (folder / name).unlink(missing_ok=True)
-            folder.rmdir()
+        shutil.rmtree(self.folder_of(member), ignore_errors=True)  # worth nothing any more; it may be gone
 
     def due(self) -> list[Member]:
         """Return the members to be renewed: within the last third of their life, expired, damaged, or not here."""
