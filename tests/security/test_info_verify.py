@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from tests.bridge.said import messages
 from tests.command import app
 from touchline.recordings.recorder import Recorder
+from touchline.recordings.recording_file import RecordingError
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import SpecError
 from touchline.schemas.roles import Role
@@ -53,6 +54,11 @@ def test_exit_code_1_unless_all_is_as_recorded(recording: Path, tmp_path: Path) 
     unsigned = Recorder(tmp_path / "b.mcap").finish().path
     found = info(unsigned, "--verify")
     assert found.exit_code == 1 and "not signed" in found.stdout
+
+
+def test_the_files_of_a_folder_are_verified_one_by_one(recording: Path) -> None:
+    result = info(recording.parent, "--verify")
+    assert isinstance(result.exception, RecordingError) and "one by one" in str(result.exception)
 
 
 def test_another_authority(recording: Path, tmp_path: Path) -> None:

@@ -84,7 +84,7 @@ def verify_recording(path: Path, check: SignatureCheck) -> Verification:
         check: Verifies a signature and its certificate.
 
     Raises:
-        RecordingError: A file cannot be read.
+        RecordingError: A file cannot be read, or is none.
     """
     try:
         walks = [_walked(each, check) for each in with_followers(path)]
@@ -99,12 +99,13 @@ def verify_recording(path: Path, check: SignatureCheck) -> Verification:
 
 
 def _walked(path: Path, check: SignatureCheck) -> "_Walk":
-    walk = _Walk(path, check)
     found = path.stat()
-    if stat.S_ISREG(found.st_mode):
-        with path.open("rb") as stream:
-            for block, record in blocks(stream, found.st_size):
-                walk.take(block, record)
+    if not stat.S_ISREG(found.st_mode):
+        raise RecordingError(f"{path}: cannot be verified: it is no file; give the files of a folder one by one")
+    walk = _Walk(path, check)
+    with path.open("rb") as stream:
+        for block, record in blocks(stream, found.st_size):
+            walk.take(block, record)
     return walk
 
 

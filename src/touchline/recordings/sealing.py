@@ -5,6 +5,7 @@ docs/reference/recordings.md describes them for other programs.
 
 import json
 import secrets
+import time
 from base64 import b64encode
 from datetime import UTC, datetime
 from hashlib import sha256
@@ -21,7 +22,8 @@ from touchline.schemas.errors import TouchlineError
 SEAL: Final = "touchline_seal"
 """Name of the metadata records; also the field of a seal's text that has the version of the format."""
 SEAL_FORMAT: Final = 1
-_SEAL_EVERY_NS: Final = 1_000_000_000
+#: Between two seals, of log time or of wall time, whichever passes sooner: sim time stands until the first job starts.
+_SEAL_EVERY_S: Final = 1.0
 _SIGNATURE_CHARACTERS: Final = 96
 """Base64 of 72 bytes, the longest signature of ECDSA P-256: the last seal has to have a size known beforehand."""
 _NO_HASH: Final = "0" * 64
@@ -74,6 +76,7 @@ class SealedFile(RecordingFile):
         self._since_seal = sha256()
         self._sealed_bytes = 0
         self._next_seal_ns = 0
+        self._next_seal_s = 0.0
         self._held: list[bytes] | None = None
 
     def write(self, data: bytes) -> int:
@@ -104,13 +107,15 @@ class SealedFile(RecordingFile):
         Raises:
             RecordingError: It cannot be written or signed.
         """
-        if log_time_ns < self._next_seal_ns or self.tell() == self._sealed_bytes:
+        early = log_time_ns < self._next_seal_ns and time.monotonic() < self._next_seal_s
+        if early or self.tell() == self._sealed_bytes:
             return
         values = self._signed(self._text(messages, log_time_ns), self._new_certificate())
         self._since_seal = sha256()  # of the seal itself, and what comes behind it
         writer.add_metadata(SEAL, values)
         self._sealed_bytes = self.tell()
-        self._next_seal_ns = log_time_ns + _SEAL_EVERY_NS
+        self._next_seal_ns = log_time_ns + round(1e9 * _SEAL_EVERY_S)
+        self._next_seal_s = time.monotonic() + _SEAL_EVERY_S
 
     def finish(self, writer: Writer, messages: int, log_time_ns: int, *, goes_on: bool) -> None:
         """Write the last seal and the index.
@@ -131,13 +136,12 @@ class SealedFile(RecordingFile):
         text = self._text(messages, log_time_ns, end="part" if goes_on else "recording", rest_sha256=_NO_HASH)
         self._held = []
         writer.add_metadata(SEAL, {"seal": text, "signature": " " * _SIGNATURE_CHARACTERS, **certificate})
-        blank = b"".join(self._held)
-        self._held = [blank]
+        behind = self.tell()
         writer.finish()  # type: ignore[no-untyped-call]
-        rest, self._held = self._held[1:], None
-        values = self._signed(text.replace(_NO_HASH, sha256(b"".join(rest)).hexdigest()), certificate)
-        for data in (seal_record(values), *rest):
-            self.write(data)
+        held, self._held = b"".join(self._held), None
+        rest = held[behind - self.tell() :]
+        values = self._signed(text.replace(_NO_HASH, sha256(rest).hexdigest()), certificate)
+        self.write(seal_record(values) + rest)  # at once: on a full disk neither is kept
 
     def _text(self, messages: int, log_time_ns: int, **more: str) -> str:
         fields: dict[str, Any] = {
