@@ -1,5 +1,8 @@
 """When a secured router takes over a new access list, with real sessions."""
 
+import shutil
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -7,10 +10,8 @@ from pathlib import Path
 import pytest
 
 from touchline.bus import Bus, BusConfig
-from touchline.bus import secured_router as module
 from touchline.bus.ports import free_port
-from touchline.bus.presence import Presence
-from touchline.bus.secured_router import SecuredRouter
+from touchline.bus.presence import Presence, PresenceChange
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import TraversalStatus
@@ -34,19 +35,38 @@ def config(authority: CertificateAuthority, name: str) -> BusConfig:
     return BusConfig(authority.access.router, ("tt2",), identity=identity(authority, name))
 
 
+ROUTER = """
+import sys, time
+from pathlib import Path
+from touchline.bus import BusConfig, secured_router
+from touchline.bus.router import open_router
+from touchline.security.identity import Identity
+
+secured_router._QUIET_S = float(sys.argv[2])
+identity = Identity.load(Path(sys.argv[1]))
+with open_router(BusConfig(identity.access.router, identity=identity)) as poll:
+    while True:
+        poll()
+        time.sleep(0.05)
+"""
+QUIET_S = 2.0
+
+
 @pytest.fixture
-def router(keys: CertificateAuthority, monkeypatch: pytest.MonkeyPatch) -> Iterator[SecuredRouter]:
-    monkeypatch.setattr(module, "watch_refusals", lambda audit, linked: None)
-    router = SecuredRouter(config(keys, "router.main"))
-    yield router
-    router.close()
+def router(keys: CertificateAuthority, tmp_path: Path) -> Iterator[Path]:
+    """A router's process, which shares nothing with these sessions; its log."""
+    log, folder = tmp_path / "router.log", keys.folder_of(keys.named("router.main"))
+    with log.open("wb") as output:
+        process = subprocess.Popen([sys.executable, "-c", ROUTER, folder, str(QUIET_S)], stderr=output)
+    yield log
+    process.kill()
+    process.wait()
 
 
-def until(router: SecuredRouter, holds: Callable[[], object], within_s: float = 10.0) -> bool:
-    """Let the router work until something holds; return whether it does."""
+def until(holds: Callable[[], object], within_s: float = 15.0) -> bool:
+    """Wait until something holds; return whether it does."""
     deadline = time.monotonic() + within_s
     while not holds() and time.monotonic() < deadline:
-        router.poll()
         time.sleep(0.02)
     return bool(holds())
 
@@ -64,48 +84,52 @@ def admitted(config: BusConfig) -> bool:
         return False
 
 
-def test_a_new_member_waits_while_a_robot_drives_and_a_revoked_one_is_out_at_once(keys, router, monkeypatch):
+def test_a_new_member_waits_while_a_robot_drives_and_a_revoked_one_is_out_at_once(keys, router, tmp_path, monkeypatch):
     monkeypatch.setattr("touchline.bus.joining._ADMITTED_S", 0.3)
-    anna = config(keys, "operator.anna")
+    copy = shutil.copytree(keys.folder_of(keys.named("operator.anna")), tmp_path / "anna")
+    anna = config(keys, "operator.anna").as_identity(Identity.load(copy))
     with Bus.open(topics.ROBOT_SIM, config(keys, "robot.tt2")) as robot:
         status = robot.publisher(topics.STATUS)
 
-        def drives() -> None:
-            status.send(TraversalStatus(state=TraversalStatus.RUNNING))
-            assert not until(router, lambda: False, 0.2)
+        def drive(seconds: float) -> None:
+            end_s = time.monotonic() + seconds
+            while time.monotonic() < end_s:
+                status.send(TraversalStatus(state=TraversalStatus.RUNNING))
+                time.sleep(0.1)
 
-        drives()
+        drive(1.0)
         keys.issue([keys.new_member(Role.OPERATOR, "bea")])
         bea = config(keys, "operator.bea")
-        drives()
+        drive(QUIET_S)
         assert not admitted(bea)
-        monkeypatch.setattr(module, "_QUIET_S", 0.5)
-        assert until(router, lambda: admitted(bea))
+        assert until(lambda: admitted(bea))  # nothing drives any more
 
-        monkeypatch.setattr(module, "_QUIET_S", 1e6)
-        drives()
+        drive(1.0)
+        assert admitted(anna)
         keys.revoke(keys.named("operator.anna"))
-        assert until(router, lambda: not admitted(anna))
+        drive(1.0)
+        assert not admitted(anna)
         assert admitted(bea)
 
 
 def test_presence_outlasts_the_routers_change_and_sees_who_has_left(keys, router):
     with Bus.open(topics.OPERATOR, config(keys, "operator.anna")) as bus:
-        presence = bus.presence()
+        presence, first = bus.presence(), bus.peers()
         with Bus.open(topics.ROBOT_SIM, config(keys, "robot.tt2")):
-            assert until(router, lambda: topics.ROBOT_SIM in alive(presence))
+            assert until(lambda: topics.ROBOT_SIM in alive(presence))
             keys.issue([keys.new_member(Role.OPERATOR, "bea")])
-            begun = bus.peers()
-            changes = []
-            assert until(router, lambda: changes.extend(presence.poll()) or bus.peers() - begun)
-            until(router, lambda: changes.extend(presence.poll()), 2.0)
+            changes: list[PresenceChange] = []
+            assert until(lambda: changes.extend(presence.poll()) or bus.peers() - first)
+            until(lambda: changes.extend(presence.poll()), 2.0)
             assert [change for change in changes if change.node == topics.ROBOT_SIM] == []
-        assert until(router, lambda: topics.ROBOT_SIM not in alive(presence), 3.0)
+            assert topics.ROBOT_SIM in presence.alive()
+        assert until(lambda: topics.ROBOT_SIM not in alive(presence), 3.0)
 
 
-def test_an_access_list_that_is_damaged_changes_nothing(keys, router, caplog):
-    path = router._config.identity.folder / "access.json"
+def test_an_access_list_that_is_damaged_changes_nothing(keys, router):
+    anna = config(keys, "operator.anna")
+    assert admitted(anna)
+    path = keys.folder_of(keys.named("router.main")) / "access.json"
     path.write_text(path.read_text().replace("operator.anna", "operator.eve"))
-    until(router, lambda: "stays so" in caplog.text, 5.0)
-    assert "is damaged, forged, or of another authority" in caplog.text
-    assert admitted(config(keys, "operator.anna"))
+    assert until(lambda: "is damaged, forged, or of another authority" in router.read_text())
+    assert admitted(anna)

@@ -55,6 +55,7 @@ def router_settings(endpoint: str) -> dict[str, Any]:
     return {
         **common_settings(PATIENCE_S),
         "mode": "router",
+        "scouting/delay": 0,  # it looks for nobody
         "listen/endpoints": [endpoint],
         "listen/exit_on_failure": True,
         "transport/link/tx/lease": _LEASE_MS,

@@ -2,6 +2,7 @@
 
 import os
 import re
+import select
 import threading
 import time
 from collections import Counter
@@ -38,6 +39,7 @@ def watch_refusals(audit: AuditLog, linked: Callable[[], str]) -> None:
         linked: Names of those who are linked now, for messages, of which Zenoh does not say who sent them.
     """
     ours, zenohs = os.pipe()
+    os.set_blocking(zenohs, False)  # rather than wait for us, Zenoh loses lines
     os.dup2(zenohs, 1)  # the standard output, where Zenoh logs; a router prints nothing
     os.close(zenohs)
     zenoh.init_log_from_env_or(_FILTER)
@@ -57,14 +59,16 @@ def refusal_of(line: str) -> tuple[str, str] | None:
 
 
 def _read(log: int, audit: AuditLog, linked: Callable[[], str]) -> None:
-    rest, told_s = "", 0.0
-    while data := os.read(log, _READ_BYTES):
-        *lines, rest = (rest + data.decode(errors="replace")).split("\n")
-        counted = Counter(refusal for line in lines if (refusal := refusal_of(line)) is not None)
-        for (what, why), count in counted.items():
-            times = f", {count} times" if count > 1 else ""
-            who = f"; one of {linked()}" if what == "message" else ""
-            audit.note("", what, OrderAnswer.REFUSED, f"{why}{times}{who}")
-        # What comes meanwhile is counted together: whoever floods the router fills no disk.
-        time.sleep(max(0.0, told_s + _TOLD_EVERY_S - time.monotonic()))
-        told_s = time.monotonic()
+    """Count refusals, and write them once a second: whoever floods the router fills no disk."""
+    rest, counted, due_s = "", Counter[tuple[str, str]](), 0.0
+    while True:
+        if select.select([log], [], [], _TOLD_EVERY_S)[0]:
+            *lines, rest = (rest + os.read(log, _READ_BYTES).decode(errors="replace")).split("\n")
+            counted.update(refusal for line in lines if (refusal := refusal_of(line)) is not None)
+        if counted and time.monotonic() >= due_s:
+            for (what, why), count in counted.items():
+                times = f", {count} times" if count > 1 else ""
+                who = f"; one of {linked()}" if what == "message" else ""
+                audit.note("", what, OrderAnswer.REFUSED, f"{why}{times}{who}")
+            counted.clear()
+            due_s = time.monotonic() + _TOLD_EVERY_S

@@ -50,6 +50,7 @@ class SecuredRouter:
         self._renewals, self._config = config.renewals(), config
         self._next: BusConfig | None = None
         self._drove_s = -math.inf
+        self._session: zenoh.Session | None = None
         settings = config.router()
         watch_refusals(AuditLog(audit_folder(), Role.ROUTER, ""), self._linked)
         self._open(settings)
@@ -60,7 +61,11 @@ class SecuredRouter:
         self._statuses = self._session.declare_subscriber(f"**/{STATUS.name}", handlers.RingChannel(_STATES))
 
     def _linked(self) -> str:
-        return ", ".join(sorted({link.auth_identifier or "?" for link in self._session.info.links()})) or "nobody"
+        try:
+            links = self._session.info.links() if self._session is not None else []
+        except zenoh.ZError:  # it is being opened anew
+            links = []
+        return ", ".join(sorted({link.auth_identifier or "?" for link in links})) or "nobody"
 
     def poll(self) -> None:
         """Take over a new certificate or access list, if it is time.
@@ -87,14 +92,15 @@ class SecuredRouter:
 
     def _take_over(self, config: BusConfig) -> None:
         settings = config.router()
-        leave(self._session)
+        self.close()
         self._open(settings)
         self._config, self._next = config, None
         _LOG.info("certificate or access list have changed: all links were opened anew")
 
     def close(self) -> None:
         """Stop routing."""
-        leave(self._session)
+        if self._session is not None:
+            leave(self._session)
 
 
 def _identity(config: BusConfig) -> Identity:

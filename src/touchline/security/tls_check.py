@@ -39,17 +39,21 @@ def why_refused(endpoint: str, identity: Identity | None) -> str:
     if not endpoint.startswith("tls/"):
         raise ValueError("give an endpoint like tls/10.0.0.1:7461")
     try:
+        context = _context(identity)
+    except OSError as error:
+        return f"the identity's files cannot be read any more ({error.strerror or error}); is it revoked?"
+    try:
         connection = socket.create_connection((host, port), _PATIENCE_S)
     except OSError as error:
         return f"nobody listens at {endpoint} ({error.strerror or error})"
     with connection:
-        reason = _refusal(connection, host, identity)
+        reason = _refusal(context, connection, host, identity)
     return f"{endpoint} {reason}" if reason else ""
 
 
-def _refusal(connection: socket.socket, host: str, identity: Identity | None) -> str:
+def _refusal(context: ssl.SSLContext, connection: socket.socket, host: str, identity: Identity | None) -> str:
     try:
-        secured = _context(identity).wrap_socket(connection, server_hostname=host)
+        secured = context.wrap_socket(connection, server_hostname=host)
     except ssl.SSLCertVerificationError as error:
         return _OURS.get(error.verify_code, "has a certificate of another authority; use an identity of that authority")
     except ssl.SSLError as error:
