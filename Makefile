@@ -21,8 +21,9 @@ test: $(STAMP)
 	$(MAKE) --no-print-directory -j 3 kernels lint bytecode
 	$(BIN)/python -m pytest -q -n 4 --dist loadgroup -m "not full" $(TESTS)
 
-# What `test` leaves out: many seeds, vehicles and followers, the published studies, the longer benchmarks.
+# What `test` leaves out: many seeds, vehicles and followers, the published studies, the longer benchmarks, fuzzers.
 test-full: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[fuzz]'
 	$(BIN)/python -m pytest -q -n 3 --dist loadgroup -m full tests
 
 # Rooms that start no process and compile little.
