@@ -23,6 +23,7 @@ from touchline.recordings.channels import kind_of
 from touchline.recordings.logs.formats import read_logs
 from touchline.recordings.reader import RecordingReader, read_summary
 from touchline.recordings.recorded import Damage, Recorded, RecordingKind
+from touchline.recordings.recording_file import RecordingError
 from touchline.recordings.replay.replay_source import ReplaySource
 from touchline.recordings.salvage import salvage
 from touchline.recordings.session_attachments import KEPT, SessionAttachments
@@ -139,7 +140,7 @@ def read_session(data: bytes) -> None:
 
 def _summarise(path: Path) -> None:
     for attached in read_summary(path).attachments:
-        with suppress(TouchlineError):
+        with suppress(Damage, RecordingError):
             attached_data(attached)
 
 
