@@ -59,7 +59,8 @@ def restored_from(details: Mapping[str, Any]) -> tuple[Checkpoint | None, Earlie
     if "checkpoint" not in details:
         return None, None
     resume = Checkpoint(**details["checkpoint"])
-    if not all(map(math.isfinite, resume._replace(owed_from_m=resume.owed_from_m or 0.0))):
+    numbers = [0 if value is None and name == "owed_from_m" else value for name, value in resume._asdict().items()]
+    if not all(map(math.isfinite, numbers)):
         raise ValueError("a checkpoint with a number that is not finite")
     if "totals" not in details:
         return resume, None
