@@ -12,7 +12,7 @@ TESTS := tests/system $(filter-out tests/system,$(patsubst %/,%,$(wildcard tests
 # ROS 2's own tools, which are no part of the tests: wheels, and what they make.
 ROS2 := build/ros2
 
-.PHONY: demo test test-full quick lint docs linkcheck bytecode tree kernels wheel bench ros2-hashes ros2-packages node-readers clean
+.PHONY: demo test test-full quick lint docs linkcheck bytecode tree kernels wheel sbom lock bench ros2-hashes ros2-packages node-readers clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
@@ -21,8 +21,9 @@ test: $(STAMP)
 	$(MAKE) --no-print-directory -j 3 kernels lint bytecode
 	$(BIN)/python -m pytest -q -n 4 --dist loadgroup -m "not full" $(TESTS)
 
-# What `test` leaves out: many seeds, vehicles and followers, the published studies, the longer benchmarks.
+# What `test` leaves out: many seeds, vehicles and followers, the published studies, the longer benchmarks, fuzzers.
 test-full: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[fuzz]'
 	$(BIN)/python -m pytest -q -n 3 --dist loadgroup -m full tests
 
 # Rooms that start no process and compile little.
@@ -64,6 +65,17 @@ wheel: $(STAMP)
 	$(BIN)/python kernels.py build/kernels
 	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist . ./research
 	rm -rf research/build
+
+# Of what `touchline[standard]` installs, as CycloneDX: dist/sbom.json.
+sbom: $(STAMP)
+	$(PYTHON) -m venv --clear build/sbom
+	build/sbom/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt '.[standard]'
+	mkdir -p dist
+	$(BIN)/cyclonedx-py environment --pyproject pyproject.toml --output-reproducible -o dist/sbom.json build/sbom/bin/python
+
+# Hashes of the packages that are installed on machines: deploy/requirements.txt.
+lock: $(STAMP)
+	$(BIN)/python deploy/lock_packages.py
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks

@@ -88,9 +88,11 @@ def read_text(path: Path) -> str:
         SpecError: It cannot be read, is too large, or is not UTF-8.
     """
     try:
-        if path.stat().st_size > MAX_SPEC_BYTES:
-            raise SpecError(path.name, "", f"has {path.stat().st_size:,} bytes", f"give at most {MAX_SPEC_BYTES:,}")
-        return path.read_text(encoding="utf-8-sig")  # some editors begin a file with a mark
+        with path.open("rb") as file:
+            data = file.read(MAX_SPEC_BYTES + 1)  # a pipe or a device does not tell its size
+        if len(data) > MAX_SPEC_BYTES:
+            raise SpecError(path.name, "", f"has more than {MAX_SPEC_BYTES:,} bytes", "give a smaller file")
+        return data.decode("utf-8-sig")  # some editors begin a file with a mark
     except OSError as error:
         raise SpecError(
             str(path), "", f"cannot be read ({error.strerror})", "give the path of a readable file"

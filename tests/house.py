@@ -5,11 +5,13 @@ by `app.command`, are left out of what is said of parameters: theirs are the opt
 
 Ends with exit code 1 if a function has more than PARAMETERS_LIMIT parameters or nests deeper than NESTING_LIMIT, if a
 public class or a module name stands for two things, if a docstring begins with a question word, if documentation or a
-docstring uses a word that another one stands for, or if a line of the documentation is too long.
+docstring uses a word that another one stands for, if a line of the documentation is too long, or if a committed file
+holds a secret.
 """
 
 import ast
 import re
+import subprocess
 import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterator
@@ -41,6 +43,12 @@ COMMON_MODULES = frozenset(("__init__", "service"))
 PUBLIC, PLUGINS = Path("src/touchline/api"), Path("src/touchline/plugins.py")
 #: Methods of a Typer application that make a subcommand of a function.
 REGISTERING = frozenset(("command", "callback"))
+#: Private keys, tokens of the usual providers and of the web, and addresses with a password.
+SECRET = re.compile(
+    rb"-----BEGIN [A-Z ]*PRIVATE KEY-----|\bAKIA[0-9A-Z]{16}\b|\bAIza[\w-]{35}|\bgh[pousr]_\w{36}|\bgithub_pat_\w{22}|"
+    rb"\bglpat-[\w-]{20}|\bxox[abprs]-[\w-]{10}|\bpypi-AgE\w{20}|\bnpm_\w{36}|\bsk-[\w-]{32}|"
+    rb"\beyJ[\w-]{10,}\.eyJ[\w-]{10,}\.|://[^/\s:@\"'{}]+:[^/\s:@\"'{}]+@"
+)
 NESTING = (ast.If, ast.For, ast.While, ast.With, ast.Try, ast.Match)
 
 
@@ -152,6 +160,17 @@ def wording() -> Iterator[str]:
                 yield f"{len(line)} characters: {path}:{number}"
 
 
+def secrets(text: bytes) -> list[bytes]:
+    """What looks like a key, a token or a password, the first bytes of it."""
+    return [found[:24] for found in SECRET.findall(text)]
+
+
+def committed() -> Iterator[Path]:
+    """Every file of the repository."""
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout
+    return (path for name in listed.split("\0") if (path := ROOT / name).is_file())
+
+
 def main() -> None:
     """Print it."""
     found = [function for path, tree in sources() for function in functions(path, tree)]
@@ -163,6 +182,9 @@ def main() -> None:
     problems += [f"nests {f.nesting} deep: {f.place}" for f in found if f.nesting > NESTING_LIMIT]
     problems += [f"one name for several things: {name}" for name in twice()]
     problems += wording()
+    problems += [
+        f"a secret: {path.relative_to(ROOT)}: {each!r}" for path in committed() for each in secrets(path.read_bytes())
+    ]
     if problems:
         sys.exit("\n".join(problems))
 

@@ -1,9 +1,11 @@
 """Touchline's own messages on topics, for what no standard type covers."""
 
-from typing import Annotated, ClassVar
+import json
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
+from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Float64Array, Message, UInt8, UInt32, zeros
 from touchline.schemas.messages.standard import Header, Time
 
@@ -314,6 +316,20 @@ class RobotOrder(Message):
     header: Header = Header()
     name: str = ""
     details_json: str = ""
+
+    def details(self) -> dict[str, Any]:
+        """Return what belongs to the command.
+
+        Raises:
+            PayloadError: ``details_json`` is not a JSON object.
+        """
+        try:
+            found = json.loads(self.details_json or "{}")
+        except (ValueError, RecursionError) as error:
+            raise PayloadError(f"{self.ros_type}: details_json: is not JSON ({error})") from error
+        if not isinstance(found, dict):
+            raise PayloadError(f"{self.ros_type}: details_json: is not a JSON object")
+        return found
 
 
 class Progress(Message):

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import base64
+import math
 import zlib
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.onboard.interface import Checkpoint
+
+_MOST_PAINT_BYTES: Final = 256 * 1024 * 1024
 
 
 class Totals(NamedTuple):
@@ -51,18 +54,24 @@ def restored_from(details: Mapping[str, Any]) -> tuple[Checkpoint | None, Earlie
     """Read the checkpoint and the earlier work of a traversal from the details of an order, as made by `restored_json`.
 
     Raises:
-        ValueError, KeyError, TypeError: They are no such details.
+        ValueError, KeyError, TypeError, OverflowError: They are no such details.
     """
     if "checkpoint" not in details:
         return None, None
     resume = Checkpoint(**details["checkpoint"])
+    numbers = [0 if value is None and name == "owed_from_m" else value for name, value in resume._asdict().items()]
+    if not all(map(math.isfinite, numbers)):
+        raise ValueError("a checkpoint with a number that is not finite")
     if "totals" not in details:
         return resume, None
     content = dict(details["totals"])
     columns, packed = int(content.pop("paint_columns")), str(content.pop("paint_zlib"))
+    unpacker = zlib.decompressobj()
     try:
-        data = zlib.decompress(base64.b64decode(packed, validate=True))
+        data = unpacker.decompress(base64.b64decode(packed, validate=True), _MOST_PAINT_BYTES)
     except zlib.error as error:
         raise ValueError(f"paint that cannot be unpacked: {error}") from error
+    if unpacker.unconsumed_tail:
+        raise ValueError(f"paint of more than {_MOST_PAINT_BYTES:,} bytes")
     totals = Totals(tuple(content["supplies"]), tuple(content["errors"]), int(content["points"]))
     return resume, EarlierWork(totals, np.frombuffer(data, "<f8").reshape(-1, columns).copy())

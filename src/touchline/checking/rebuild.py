@@ -127,7 +127,7 @@ class Rebuild:
         except CommandRefused as error:
             self.refused.append(f"at {order.tick / 100:.2f} s the robot refuses to {order.name}: {error}")
             return []
-        except KeyError:
+        except (KeyError, TypeError, ValueError, OverflowError):
             self.refused.append(f"at {order.tick / 100:.2f} s there is an unknown order {order.name}")
             return []
         if order.name in ("refill-tank", "replace-battery"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -24,6 +23,7 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
 from touchline.schemas.template import Template
 from touchline.services.robot_sim.initial_state import DamagedState, InitialState
+from touchline.services.robot_sim.recovery_state import restored_from
 
 TICK_NS = 10_000_000
 _BEFORE_ALL: Final = ("estop", "reset", "inject-fault", "refill-tank", "replace-battery", "authorize")
@@ -250,7 +250,7 @@ class _Finder:
             return
         try:
             taker(message.payload)
-        except (PayloadError, SpecError, json.JSONDecodeError) as error:
+        except (PayloadError, SpecError) as error:
             raise NotRebuilt(f"{message.topic} cannot be decoded: {error}") from error
 
     def forget_before(self, since: int) -> None:
@@ -261,9 +261,19 @@ class _Finder:
             self._plans, self._templates = self._plans[begin.plans :], self._templates[begin.templates :]
 
     def jobs(self) -> list[GivenJob]:
-        """Loaded jobs, each with the inputs of its plan."""
-        causes = [order.details.get("plan") for order in self.orders if order.name == "load"]
-        made = [None if cause is None else PlanCause.model_validate(cause) for cause in causes]
+        """Loaded jobs, each with the inputs of its plan.
+
+        Raises:
+            NotRebuilt: These inputs, or the state in which one continues, cannot be read.
+        """
+        loads = [order.details for order in self.orders if order.name == "load"]
+        try:
+            causes = [details.get("plan") for details in loads]
+            made = [None if cause is None else PlanCause.model_validate(cause) for cause in causes]
+            for details in loads:
+                restored_from(details)
+        except (ValueError, KeyError, TypeError, OverflowError) as error:
+            raise NotRebuilt(f"an order to load a job cannot be read: {error}") from error
         return [GivenJob(*each) for each in zip(self._plans, self._templates, made, strict=False)]
 
     def initial(self, since: int, actuators: int) -> InitialState | None:
@@ -309,7 +319,7 @@ class _Finder:
 
     def _take_order(self, payload: bytes) -> None:
         order = decode(RobotOrder, payload)
-        self.orders.append(TimedOrder(tick_of(order.header), order.name, json.loads(order.details_json or "{}")))
+        self.orders.append(TimedOrder(tick_of(order.header), order.name, order.details()))
 
     def _take_command(self, payload: bytes) -> None:
         command = decode(ActuatorCommand, payload)

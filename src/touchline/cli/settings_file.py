@@ -67,7 +67,7 @@ def settings() -> dict[str, Any]:
         return {}
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise SpecError(
             str(path), "", f"cannot be used ({error})", "mend it; docs/reference/commands.md tells how"
         ) from error

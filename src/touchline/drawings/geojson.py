@@ -60,7 +60,7 @@ def read_geojson(path: Path, origin: Origin | None = None) -> Template:
     """
     try:
         content = json.loads(read_text(path))
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise SpecError(path.name, "", f"is not JSON ({error})", "save it as GeoJSON") from error
     _check_system(path.name, content)
     shapes = [shape for shape in _shapes(path.name, content) if shape.use not in IGNORED]

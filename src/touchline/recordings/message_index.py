@@ -14,6 +14,7 @@ from mcap.records import Chunk, ChunkIndex
 from mcap.summary import Summary as FileIndex
 from numpy.typing import NDArray
 
+from touchline.recordings.mcap_file import LARGEST_RECORD_BYTES
 from touchline.recordings.parts import with_followers
 from touchline.recordings.recorded import SCHEMA_ERRORS, Damage, Recorded, RecordingKind
 from touchline.recordings.unpack import unpacked
@@ -72,9 +73,13 @@ class MessageIndex:
         if summary is None or summary.statistics is None:
             raise Damage("no index")
         numbers = self._take_channels(summary)
+        size = path.stat().st_size
         rows: list[NDArray[np.int64]] = []
         for chunk in sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset):
-            stream.seek(chunk.chunk_start_offset + chunk.chunk_length)
+            end = chunk.chunk_start_offset + chunk.chunk_length
+            if chunk.chunk_length > LARGEST_RECORD_BYTES or end + chunk.message_index_length > size:
+                raise Damage("an index of a chunk that is not there, or too large")
+            stream.seek(end)
             entries = _entries(stream.read(chunk.message_index_length))
             for channel, found in entries:
                 part = np.empty((len(found), 4), np.int64)
@@ -140,6 +145,15 @@ def _entries(records: bytes) -> Iterator[tuple[int, NDArray[np.void]]]:
 
 
 def _body(stream: BinaryIO, chunk: ChunkIndex) -> bytes:
+    """Read and unpack a chunk.
+
+    Raises:
+        Damage: It cannot be read.
+    """
     stream.seek(chunk.chunk_start_offset + _RECORD_HEAD.size)
-    content = stream.read(chunk.chunk_length - _RECORD_HEAD.size)
-    return unpacked(Chunk.read(ReadDataStream(BytesIO(content))))
+    content = stream.read(max(chunk.chunk_length - _RECORD_HEAD.size, 0))
+    try:
+        found = Chunk.read(ReadDataStream(BytesIO(content)))
+    except Exception as error:  # the library raises anything on bad bytes
+        raise Damage("a chunk record that cannot be read") from error
+    return unpacked(found)

@@ -44,10 +44,10 @@ class SessionAttachments:
             elif topic == topics.ORDERS.name and len(self._orders) < _MOST_ORDERS:
                 order = decode(RobotOrder, payload)
                 at_s = order.header.stamp.sec + order.header.stamp.nanosec / 1e9
-                self._orders.append({"sim_time_s": at_s, "order": order.name, **json.loads(order.details_json)})
+                self._orders.append({"sim_time_s": at_s, "order": order.name, **order.details()})
             elif topic == topics.REPORT.name:
                 self._hashes.append(decode(TraversalReport, payload).session_hash)
-        except (PayloadError, ValueError):
+        except PayloadError:
             return
 
     @property

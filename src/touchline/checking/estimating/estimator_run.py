@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -176,8 +175,8 @@ class _Session:
     def _take_order(self, message: Recorded) -> None:
         try:
             order = decode(RobotOrder, message.payload)
-            details = json.loads(order.details_json or "{}")
-        except (PayloadError, json.JSONDecodeError):
+            details = order.details()
+        except PayloadError:
             self.remarks.append("an order in the recording cannot be read")
             return
         self.orders.setdefault(tick_of(order.header), []).append((order.name, details))
