@@ -17,7 +17,7 @@ from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError
 from touchline.services.bridge.foxglove import FoxgloveConfig, serve_viewers
-from touchline.services.bridge.foxglove.origin_guard import refusal_of
+from touchline.services.bridge.foxglove.viewer_guard import Refusal, refusal_of
 
 FOREIGN = (
     "https://evil.example",
@@ -92,10 +92,14 @@ def head(*lines: str) -> bytes:
     return "\r\n".join(["GET / HTTP/1.1", "Host: x", *lines, "", ""]).encode()
 
 
+def refused(given: bytes) -> Refusal | None:
+    return refusal_of(given, "127.0.0.1", (), "")
+
+
 def test_a_handshake_hides_no_origin() -> None:
     upgrade = "Upgrade: websocket"
-    assert refusal_of(head(upgrade), ()) == ""
-    assert refusal_of(head("origin: http://localhost", "UPGRADE: WebSocket"), ()) == ""
+    assert refused(head(upgrade)) is None
+    assert refused(head("origin: http://localhost", "UPGRADE: WebSocket")) is None
     for lines in (
         ["Connection: keep-alive"],
         [upgrade, "Origin: http://localhost", "Origin: https://evil.example"],
@@ -106,8 +110,8 @@ def test_a_handshake_hides_no_origin() -> None:
         [upgrade, "Origin:\thttps://evil.example"],
         [upgrade, "Origin"],
     ):
-        assert refusal_of(head(*lines), ()), lines
-    assert refusal_of(head(upgrade).replace(b"GET", b"POST"), ())
+        assert refused(head(*lines)) is not None, lines
+    assert refused(head(upgrade).replace(b"GET", b"POST")) is not None
 
 
 def test_requests_that_are_no_handshake_reach_nobody(url: str) -> None:

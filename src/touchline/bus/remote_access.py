@@ -1,10 +1,11 @@
 """Detection of buses that can be reached from other machines."""
 
-import ipaddress
 import json
 from typing import Any, Final
 
 import zenoh
+
+from touchline.schemas.loopback import is_loopback_host
 
 #: Links that never leave the machine.
 _LOCAL_PROTOCOLS: Final = frozenset(("unixsock-stream", "unixpipe", "vsock"))
@@ -28,12 +29,7 @@ def endpoints(config: zenoh.Config, side: str) -> list[str]:
 def is_loopback(locator: str) -> bool:
     """Return whether a locator such as ``tcp/127.0.0.1:7461`` is on this machine alone."""
     protocol, host, _ = split(locator)
-    if protocol in _LOCAL_PROTOCOLS or host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
+    return protocol in _LOCAL_PROTOCOLS or is_loopback_host(host)
 
 
 def split(locator: str) -> tuple[str, str, str]:
