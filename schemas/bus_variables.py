@@ -12,4 +12,4 @@ OPEN_VARIABLE: Final = "TOUCHLINE_OPEN_TO_NETWORK"
 
 def is_open_to_network() -> bool:
     """Return whether the user has allowed open endpoints that other machines reach."""
-    return bool(os.environ.get(OPEN_VARIABLE))
+    return os.environ.get(OPEN_VARIABLE) in ("1", "true")

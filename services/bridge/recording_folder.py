@@ -1,9 +1,13 @@
-"""Restriction of recordings requested over the bus to one folder."""
+"""Folder of recordings: how they are made there, and the restriction of requested ones to it."""
 
 import unicodedata
+from collections.abc import Sequence
 from pathlib import Path
 
+from touchline.recordings.recorder import Existing, Recorder
 from touchline.recordings.recording_file import RecordingError
+from touchline.recordings.sealing import Signer
+from touchline.schemas import topics
 from touchline.schemas.plain_text import plain
 
 #: Longest file name, bytes, with room for the number that an older recording of that name gets.
@@ -16,12 +20,16 @@ class RecordingFolder:
 
     Args:
         path: The folder; symbolic links in it are followed once, now.
+        existing: What to do when a recording's file exists.
+        signer: Identity that seals the recordings, if any.
 
     Raises:
         RecordingError: There is no such folder.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, existing: Existing = Existing.RENAME, signer: Signer | None = None) -> None:
+        self._existing = existing
+        self._signer = signer
         try:
             self.path = path.resolve(strict=True)
         except (OSError, RuntimeError, ValueError) as error:
@@ -51,3 +59,16 @@ class RecordingFolder:
                 "with --recordings where the system is started"
             )
         return folder / path.name
+
+    def recorder(self, path: Path, namespaces: Sequence[str], continues: Sequence[Path]) -> Recorder:
+        """Create a recording, in this folder or, if the command line names it, another.
+
+        Args:
+            path: Its file.
+            namespaces: Namespaces of the robots.
+            continues: The files of the same recording before this one.
+
+        Raises:
+            RecordingError: The file cannot be created.
+        """
+        return Recorder(path, namespaces, topics.RECORDED, self._existing, continues, signer=self._signer)

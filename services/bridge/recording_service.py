@@ -10,7 +10,7 @@ from touchline.bus import Bus, HealthReporter
 from touchline.bus.last_sent import sent_by
 from touchline.recordings.part_limits import UNLIMITED, PartLimits
 from touchline.recordings.parts import next_part
-from touchline.recordings.recorder import Existing, Recorder, RecordingReport
+from touchline.recordings.recorder import RecordingReport
 from touchline.recordings.recording_file import RecordingError
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
@@ -61,7 +61,6 @@ class BridgeService:
 
     Args:
         buses: Bus of each robot.
-        existing: What to do when a recording's file exists.
         recordings: Folder of requested recordings.
         gateways: Gateways to ROS 2, one for each robot, if any.
         viewers: Server of viewers, if any.
@@ -72,7 +71,6 @@ class BridgeService:
     def __init__(
         self,
         buses: Sequence[Bus],
-        existing: Existing,
         recordings: RecordingFolder,
         gateways: Sequence[Gateway] = (),
         beat: Callable[[], None] = lambda: None,
@@ -88,7 +86,6 @@ class BridgeService:
         self._folder = recordings
         self._beat = beat
         self._gateways = gateways
-        self._existing = existing
         self._session: RecordingSession | None = None
         self._failed: RecordingReport | None = None
         self._gaps_told = 0
@@ -142,7 +139,7 @@ class BridgeService:
         for end in self._ends:
             end.unasked.clear()
         namespaces = [end.bus.namespace for end in self._ends]
-        recorder = Recorder(path, namespaces, topics.RECORDED, self._existing, continues)
+        recorder = self._folder.recorder(path, namespaces, continues)
         self._continues, self._limits = list(continues), limits
         inboxes = []
         for end in self._ends:  # of many robots this takes seconds

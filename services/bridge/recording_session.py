@@ -144,11 +144,13 @@ class RecordingSession:
         """
         ended = self.recorder
         ended.note(*wall_time_note(ENDED))
-        report = ended.finish()
+        report = ended.finish(goes_on=True)
         if report.problem:
             raise RecordingError(report.problem)
         try:
-            self.recorder = Recorder(next_part(self.parts), ended.robots, continues=self.parts, before=ended)
+            self.recorder = Recorder(
+                next_part(self.parts), ended.robots, continues=self.parts, before=ended, signer=ended.signer
+            )
         except RecordingError as error:
             self._problem = str(error)
             raise

@@ -52,9 +52,9 @@ def run_service(
         SpecError: The bus configuration cannot be used, or ``ros2`` or ``foxglove`` do not suit it.
         TouchlineError: Another bridge is there, or the addresses of ``ros2`` or ``foxglove`` cannot be used.
     """
-    folder = RecordingFolder(recordings or Path.cwd())
     config = config or BusConfig.from_environment()
     gateway_identity = ros2.checked(config) if ros2 is not None else None
+    folder = RecordingFolder(recordings or Path.cwd(), existing, config.identity)
     switch_threads_soon()
     with (
         until_stopped(supervisor) as stop,
@@ -79,7 +79,7 @@ def run_service(
             viewers = stack.enter_context(serve_viewers(buses, foxglove, lambda: stop.asked))
             sys.stderr.write(f"viewers (Foxglove, Lichtblick) find {', '.join(names)} at {viewers.url_hint}\n")
         active_recording = ActiveRecording(config, folder.path, supervisor)
-        service = BridgeService(buses, existing, folder, gateways, stop.beat, active_recording, viewers)
+        service = BridgeService(buses, folder, gateways, stop.beat, active_recording, viewers)
         gc.freeze()  # a collection of all that was loaded would hold up stops from ROS 2
         gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS, 20, 50)
         if record is not None:

@@ -17,7 +17,7 @@ from typing import Final
 
 from touchline.bus import Bus, BusConfig, HealthReporter
 from touchline.bus.calls import ServedCall
-from touchline.bus.config import PATIENCE_S
+from touchline.bus.common_settings import PATIENCE_S
 from touchline.schemas import topics
 from touchline.schemas.messages import Event, GetPaintRequest, GetPaintResponse, Header, Time
 from touchline.schemas.paint_history import PaintHistory

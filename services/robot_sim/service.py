@@ -17,6 +17,7 @@ from typing import Final
 from touchline.bus import Bus, BusConfig, HealthReporter
 from touchline.schemas import topics
 from touchline.schemas.setup import Setup
+from touchline.schemas.user_folders import state_folder
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.outbox import Outbox, RobotOutlet
 from touchline.services.robot_sim.robot_process import ClockPolicy, RobotHost, RobotProcess
@@ -24,7 +25,6 @@ from touchline.services.robot_sim.together import check_together
 from touchline.services.robot_sim.warm_up import warm_up
 from touchline.supervision.late_compilations import LateCompilations
 from touchline.supervision.priority import FIRST, run_at, switch_threads_soon
-from touchline.supervision.private_folder import state_folder
 from touchline.supervision.shutdown import until_stopped
 
 PATIENCE_S: Final = 0.2

@@ -14,10 +14,10 @@ import zenoh
 
 from tests.meeting import caught_up
 from touchline.bus import Bus, BusConfig
-from touchline.bus.config import MAX_MESSAGE_BYTES
+from touchline.bus.common_settings import MAX_MESSAGE_BYTES
 from touchline.bus.remote_access import beyond_loopback, is_loopback
 from touchline.schemas import topics
-from touchline.schemas.errors import TouchlineError
+from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import CommandRequest, CommandResponse
 
 
@@ -54,7 +54,7 @@ def test_larger_messages_than_we_decode_are_not_put_together(bus_config):
     [
         ("{}", []),
         ('{listen: {endpoints: ["tcp/0.0.0.0:7461"]}}', ["it listens on tcp/0.0.0.0:7461"]),
-        ('{listen: {endpoints: {peer: ["tls/[::]:1"], router: ["tcp/1.2.3.4:5"]}}}', ["it listens on tls/[::]:1"]),
+        ('{listen: {endpoints: {peer: ["tcp/[::]:1"], router: ["tcp/1.2.3.4:5"]}}}', ["it listens on tcp/[::]:1"]),
         (
             '{connect: {endpoints: ["tcp/robot.local:7447#iface=eth0"]}}',
             ["connects to tcp/robot.local:7447#iface=eth0"],
@@ -74,14 +74,38 @@ def test_loopback(locator):
     assert is_loopback(locator)
 
 
-def test_more_than_loopback_is_said_aloud(tmp_path, bus_config, caplog):
+def test_more_than_loopback_is_refused_or_said_aloud(tmp_path, bus_config, caplog, monkeypatch):
     path = tmp_path / "zenoh.json5"
     path.write_text("{scouting: {multicast: {enabled: true}}}")
-    with Bus.open("bridge", BusConfig(endpoint=bus_config.endpoint, config_file=path)):
+    exposed = BusConfig(endpoint=bus_config.endpoint, config_file=path)
+    with (
+        pytest.raises(TouchlineError, match="multicast scouting is on.*--open-to-network"),
+        Bus.open("bridge", exposed),
+    ):
+        pass
+    monkeypatch.setenv("TOUCHLINE_OPEN_TO_NETWORK", "1")
+    with Bus.open("bridge", exposed):
         assert "can be reached from other machines: multicast scouting is on" in caplog.text
     caplog.clear()
     with Bus.open("bridge", bus_config):
         assert caplog.text == ""
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{connect: {endpoints: ["tls/127.0.0.1:7461"]}}',
+        '{listen: {endpoints: {peer: ["quic/127.0.0.1:7461"]}}}',
+        "{transport: {link: {tls: {enable_mtls: true}}}}",
+    ],
+)
+def test_tls_over_processes_that_all_listen_without_it_is_refused(tmp_path, bus_config, text):
+    with pytest.raises(SpecError, match=r"TOUCHLINE_ZENOH_CONFIG.*open bus.*--secure"):
+        laid_over(tmp_path, text, bus_config)
+    with pytest.raises(SpecError, match=r"TOUCHLINE_ENDPOINT.*open bus.*--secure"):
+        BusConfig(endpoint="tls/127.0.0.1:7461").zenoh()
+    client = '{mode: "client", transport: {link: {tls: {enable_mtls: true}}}}'
+    laid_over(tmp_path, client, bus_config)  # of a router secured by hand
 
 
 def test_another_program_at_the_meeting_point_is_told(bus_config, monkeypatch, caplog):

@@ -14,8 +14,9 @@ from touchline.schemas.bus_variables import is_open_to_network
 from touchline.schemas.errors import SpecError
 from touchline.schemas.loopback import is_loopback_host
 from touchline.schemas.roles import Role
+from touchline.schemas.user_folders import keys_folder
 from touchline.security.identity import Identity
-from touchline.security.key_files import check_private, keys_folder, make_private_folder, read_file, replace_files
+from touchline.security.key_files import check_private, make_private_folder, read_file, replace_files
 from touchline.services.bridge.door_identity import door_identity
 from touchline.services.bridge.foxglove.viewer_address import FoxgloveConfig
 

@@ -60,7 +60,7 @@ class Bus:
         self._trusted = TrustedSessions(self.presence)
         self._replies = Replies()
         self._caller = config.identity.name if config.identity is not None else ""
-        self._gate = Gate.of(node, config)
+        self._gate = Gate(node, config)
         self._door: OwnDoor | None = None
         self._others: list[Bus] = []
         self._token = self._declare_token(session)

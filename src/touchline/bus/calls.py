@@ -19,6 +19,7 @@ from touchline.bus.replies import Lane, Replies
 from touchline.schemas.cdr import decode, encode, first_string
 from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.topics import Request, Response, Service
+from touchline.security.audit_log import OrderAnswer
 
 _LOG: Final = logging.getLogger(__name__)
 #: Most waiting requests of a service; the oldest gives way, and its caller is notified at once. Zenoh's receiving
@@ -207,7 +208,7 @@ class Server(Generic[Request, Response]):
         problem = self._problem(query, caller)
         if problem or caller is None:
             self._counters.reject(f"{self.service.name}: {problem}")
-            self._gate.note(caller or "", self.service, "refused", problem)
+            self._gate.note(caller or "", self.service, OrderAnswer.REFUSED, problem)
             self._refuse(query, problem)
             return None
         payload = query.payload.to_bytes() if query.payload is not None else b""
@@ -244,18 +245,18 @@ class Server(Generic[Request, Response]):
         for query in others:
             self._answer(query, payload, Lane.OTHER)
 
-    def _outcome(self, payload: bytes) -> tuple[str, str]:
+    def _outcome(self, payload: bytes) -> tuple[OrderAnswer, str]:
         """Return how a request was answered, and the message; a plan is too large to be looked into."""
         if len(payload) > _LARGE_BYTES:
-            return "accepted", ""
+            return OrderAnswer.ACCEPTED, ""
         response = decode(self.service.response, payload)
-        accepted = getattr(response, "success", True)
-        return "accepted" if accepted else "refused", getattr(response, "message", "")
+        answer = OrderAnswer.ACCEPTED if getattr(response, "success", True) else OrderAnswer.REFUSED
+        return answer, getattr(response, "message", "")
 
     def abandon(self, call: ServedCall[Request, Response], reason: str) -> None:
         """Send an error to all callers with this call's id; the same id may be tried again."""
         self._open.pop(call.repeat_id, None)
-        self._gate.note(call.caller, self.service, "error", reason)
+        self._gate.note(call.caller, self.service, OrderAnswer.ERROR, reason)
         for query in call.queries:
             self._refuse(query, reason)
 

@@ -7,7 +7,7 @@ from touchline.schemas.cdr import MAX_PAYLOAD_BYTES
 #: Time after which a peer that does not take a message is cut off, so that it holds up nobody else.
 PATIENCE_S: Final = 1.0
 #: As much as `touchline.schemas.cdr` decodes, and room for Zenoh's headers.
-_MAX_MESSAGE_BYTES: Final = MAX_PAYLOAD_BYTES + 65_536
+MAX_MESSAGE_BYTES: Final = MAX_PAYLOAD_BYTES + 65_536
 #: Time after which a silent link between a client and its router is given up: a robot on its own must stop soon.
 _LEASE_MS: Final = 2000
 RETRY: Final = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 1.5}
@@ -25,7 +25,7 @@ def common_settings(patience_s: float) -> dict[str, Any]:
         "transport/shared_memory/enabled": False,
         "transport/link/tx/queue/congestion_control/block/wait_before_close": round(1e6 * patience_s),
         # Nothing honest is larger; more would be put together in memory before anybody could refuse it.
-        "transport/link/rx/max_message_size": _MAX_MESSAGE_BYTES,
+        "transport/link/rx/max_message_size": MAX_MESSAGE_BYTES,
         # Silent connections are soon closed, so that they do not take others' places.
         "transport/unicast/accept_timeout": 3000,
         "transport/unicast/accept_pending": 4000,

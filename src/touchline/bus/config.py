@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
@@ -19,7 +19,7 @@ from touchline.bus.common_settings import (
     door_client_settings,
     router_settings,
 )
-from touchline.bus.remote_access import endpoints
+from touchline.bus.remote_access import SECURED_PROTOCOLS, endpoints, split
 from touchline.schemas.bus_variables import (
     CONFIG_VARIABLE,
     ENDPOINT_VARIABLE,
@@ -164,6 +164,7 @@ class BusConfig:
         config = self._from_file()
         if json.loads(config.get_json("mode")) == "client":  # of a router, which may be on another machine
             return _laid_over(config, client_settings(self.endpoint, patience_s))
+        self._refuse_tls_over_peers(config)
         return _laid_over(config, self._peer_settings(node, patience_s))
 
     def router(self) -> Config:
@@ -208,6 +209,20 @@ class BusConfig:
         for key, value in door_client_settings(door).items():
             settings.insert_json5(key, json.dumps(value))
         return (Door(door, settings),)
+
+    def _refuse_tls_over_peers(self, config: Config) -> None:
+        """Refuse TLS where every process also listens without it, which would look secured and be open.
+
+        Raises:
+            SpecError: An endpoint or the file's settings ask for TLS.
+        """
+        everywhere = (self.endpoint, *endpoints(config, "listen"), *endpoints(config, "connect"))
+        tls = any(split(locator)[0] in SECURED_PROTOCOLS for locator in everywhere)
+        if tls or json.loads(config.get_json("transport/link/tls/enable_mtls")):
+            source = CONFIG_VARIABLE if self.config_file is not None else ENDPOINT_VARIABLE
+            problem = "lays TLS over an open bus, whose processes all listen without it, too"
+            remedy = "use `touchline up --secure` and --identity (docs/guides/security.md)"
+            raise SpecError(source, "", problem, remedy)
 
     def _from_file(self) -> Config:
         """Return the configuration file's settings; Zenoh's own defaults for the rest."""

@@ -12,15 +12,21 @@ from pathlib import Path
 from typing import Final
 
 import zenoh
+from zenoh import handlers
 
 from touchline.bus.config import BusConfig, Door
-from touchline.bus.remote_access import beyond_loopback, endpoints, is_loopback, split
+from touchline.bus.presence import ROUTER_TOKEN
+from touchline.bus.remote_access import check_exposure, endpoints, is_loopback, split
 from touchline.schemas.bus_variables import ENDPOINT_VARIABLE
 from touchline.schemas.errors import TouchlineError
+from touchline.security.identity import Identity
+from touchline.security.tls_check import why_refused
 
 _LOG: Final = logging.getLogger(__name__)
 #: Time after which a missing answer from the meeting point is reported; a busy machine may take longer.
 _REPORT_AFTER_S: Final = 2.0
+#: Time in which the router of a secured bus is seen by those whom it admits.
+_ADMITTED_S: Final = 2.0
 #: Time after which it is not one of ours.
 _ABORT_AFTER_S: Final = 10.0
 _POLL_S: Final = 0.01
@@ -36,22 +42,25 @@ def join(config: BusConfig, node: str, stop: Callable[[], bool], patience_s: flo
 
     Raises:
         SpecError: The configuration cannot be used.
-        TouchlineError: The endpoint cannot be used, or another program listens there.
+        TouchlineError: The endpoint cannot be used, other machines could reach an open bus, another program listens
+            there, or the router of a secured bus knows nothing of this identity.
         KeyboardInterrupt: ``stop()`` was true first.
     """
     settings = config.zenoh(node, patience_s)
-    if paths := beyond_loopback(settings):
-        _LOG.warning("this bus can be reached from other machines: %s", "; ".join(paths))
+    if config.identity is None:
+        check_exposure(settings)
     _make_room()
     occupied = config.endpoint in endpoints(settings, "connect") and _occupied(config.endpoint)
     begun = time.monotonic()
     session = _opened(settings, config, stop)
-    if occupied:
-        try:
+    try:
+        if config.identity is not None:
+            _check_admitted(session, config.identity)
+        elif occupied:
             _meet(session, config, begun, stop)
-        except BaseException:
-            leave(session, 0.0)
-            raise
+    except BaseException:
+        leave(session, 0.0)
+        raise
     _LOG.info("joined %s as %s", config.endpoint, node)
     return session
 
@@ -121,12 +130,32 @@ def _opened(settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool])
             raise KeyboardInterrupt
         if tell_at is not None and time.monotonic() > tell_at:
             tell_at = None
-            whom = ", ".join(endpoints(settings, "connect")) or "the bus"
-            _LOG.warning("%s does not answer; still trying", whom)
+            _LOG.warning("%s; still trying", _why_silent(settings, config))
     if errors:
         reason = str(errors[0]).partition(" at /")[0]  # the rest is a place in Zenoh's own source
         raise TouchlineError(f"the bus at {config.endpoint} cannot be joined: {reason}") from errors[0]
     return sessions[0]
+
+
+def _why_silent(settings: zenoh.Config, config: BusConfig) -> str:
+    """Return why nobody answers: Zenoh reports whatever fails in TLS as a timeout."""
+    whom = ", ".join(endpoints(settings, "connect")) or "the bus"
+    reason = why_refused(whom, config.identity) if config.identity is not None and whom.startswith("tls/") else ""
+    return reason or f"{whom} does not answer"
+
+
+def _check_admitted(session: zenoh.Session, identity: Identity) -> None:
+    """Look for the router's token: access control hides it from those whom the router does not know.
+
+    Raises:
+        TouchlineError: It is not seen.
+    """
+    until_s = time.monotonic() + _ADMITTED_S
+    while not list(session.liveliness().get(ROUTER_TOKEN, handlers.FifoChannel(1), timeout=_ADMITTED_S)):
+        if time.monotonic() > until_s:
+            remedy = "if it is not revoked (touchline keys list), give the router the latest access.json"
+            raise TouchlineError(f"the router at {identity.access.router} does not admit {identity.name}: {remedy}")
+        time.sleep(_POLL_S)
 
 
 def _occupied(endpoint: str) -> bool:
@@ -161,6 +190,8 @@ def _meet(session: zenoh.Session, config: BusConfig, begun_s: float, stop: Calla
             reported = True
             if not _occupied(config.endpoint):
                 return  # it left meanwhile, and we take its place
+            if "asks for a certificate" in why_refused(f"tls/{config.endpoint.partition('/')[2]}", None):
+                raise TouchlineError(f"{config.endpoint} is a secured bus; give an identity: --identity")
             _LOG.warning("%s", remedy)
         if waited_s > _ABORT_AFTER_S:
             raise TouchlineError(remedy)

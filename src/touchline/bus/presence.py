@@ -17,6 +17,9 @@ _IDS: Final = re.compile(r"[0-9a-f]{1,32}")
 EVERY_TOKEN: Final = "@touchline/**"
 """The key expression of the tokens of all robots."""
 
+ROUTER_TOKEN: Final = "@touchline/router"
+"""Token of a secured bus's router, which those see whom it admits."""
+
 LivelinessReplies: TypeAlias = "handlers.Handler[zenoh.Reply]"
 
 
@@ -146,7 +149,7 @@ def token_prefix(namespace: str) -> str:
 
 def namespace_of(key: str) -> str:
     """Return the namespace of the token at ``key``; "" if it has none."""
-    _, *namespace = key.split("/")[:-2]
+    namespace = key.split("/")[1:-2]
     return "/".join(namespace)
 
 

@@ -65,8 +65,8 @@ def doors(identity: Identity, endpoint: str) -> dict[str, str]:
     robots = [member for member in identity.access.members if member.role is Role.ROBOT]
     if endpoint == identity.access.router:
         return {robot.namespace: robot.door for robot in robots}
-    (host, port), (address, _, _) = address_of(endpoint), endpoint.rpartition(":")
-    return {robot.namespace: door_beside(f"{address}:{port + number}", host) for number, robot in enumerate(robots)}
+    host, _ = address_of(endpoint)
+    return {robot.namespace: door_beside(endpoint, host, number) for number, robot in enumerate(robots)}
 
 
 def _config(identity: Identity, settings: dict[str, Any]) -> zenoh.Config:

@@ -15,8 +15,7 @@ _IDENTITY = Annotated[
     typer.Option(
         "--identity",
         metavar="NAME",
-        help="Who this is on a secured bus: a name of `touchline keys list`, or a folder "
-        "(default: $TOUCHLINE_IDENTITY).",
+        help="Who this is on a secured bus, by `touchline keys list`, or a folder (default: $TOUCHLINE_IDENTITY).",
     ),
 ]
 _OPEN = Annotated[

@@ -137,7 +137,7 @@ def list_(folder: FolderOption = None) -> None:
 
 
 def _folder(given: Path | None) -> Path:
-    from touchline.security.key_files import keys_folder
+    from touchline.schemas.user_folders import keys_folder
 
     return keys_folder() if given is None else given.absolute()
 

@@ -27,6 +27,7 @@ PANELS: dict[str, dict[str, tuple[str, ...]]] = {
     "The running system": {
         "system_commands": ("up", "status", "down"),
         "order_command": ("order", "fault", "topics"),
+        "audit_command": ("audit",),
         "keys_command": ("keys",),
     },
     "Recordings": {
@@ -57,7 +58,7 @@ PANELS: dict[str, dict[str, tuple[str, ...]]] = {
 ON_BUS = frozenset(
     (
         *("run", "goto", "fleet"),
-        *(name for names in PANELS["The running system"].values() for name in names),
+        *("up", "status", "down", "order", "fault"),
         *("record", "replay", "playback", "echo", "hz"),
         *(name for names in PANELS["Processes, each alone"].values() for name in names),
     )

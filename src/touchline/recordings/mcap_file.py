@@ -19,6 +19,7 @@ from touchline.recordings.attachments import LONGEST_ATTACHMENT_HEAD_BYTES, atta
 from touchline.recordings.record_search import next_record
 from touchline.recordings.recorded import NO_END, SCHEMA_ERRORS, Damage, Loss, Recorded, RecordingKind, Summary
 from touchline.recordings.recording_file import RecordingError
+from touchline.recordings.sealing import SEAL
 from touchline.recordings.unpack import LARGEST_CHUNK_BYTES, unpacked
 
 R = TypeVar("R", FileHeader, Footer, Metadata, Chunk, Schema, Channel, Statistics)
@@ -268,7 +269,8 @@ class McapFile:
                 self.from_zero = header.library.startswith("touchline")
             elif opcode == Opcode.METADATA:
                 record = self._parsed(Metadata, content)
-                self._summary.note(record.name, dict(record.metadata), self._path.name)
+                if record.name != SEAL:  # of this file's bytes, not of what they mean
+                    self._summary.note(record.name, dict(record.metadata), self._path.name)
             elif opcode == Opcode.STATISTICS:
                 statistics = self._parsed(Statistics, content)
                 if sum(statistics.channel_message_counts.values()) == statistics.message_count:

@@ -24,6 +24,8 @@ from touchline.recordings.provenance import MADE_BY, made_by
 from touchline.recordings.reader import read_summary
 from touchline.recordings.recording_file import RecordingError, RecordingFile
 from touchline.recordings.robot_time import RobotTime
+from touchline.recordings.seal_reader import file_id
+from touchline.recordings.sealing import SealedFile, Signer
 from touchline.recordings.session_attachments import KEPT, SESSIONS, SessionAttachments
 from touchline.recordings.viewing import Viewing, frame_prefix
 from touchline.schemas.messages import Header, Time
@@ -137,6 +139,7 @@ class Recorder:
         existing: What to do when the file exists.
         continues: The files of the same recording before this one.
         before: The recorder of the file before this one, if it was in this process: its robots' time continues here.
+        signer: Identity that seals the recording, so that changes of the file show; None: no seals.
 
     Raises:
         RecordingError: The file cannot be created.
@@ -150,10 +153,16 @@ class Recorder:
         existing: Existing = Existing.RENAME,
         continues: Sequence[Path] = (),
         before: "Recorder | None" = None,
+        signer: Signer | None = None,
     ) -> None:
         make_room(path, existing)
         self.path = path
-        self._file = RecordingFile(path)
+        self.signer = signer
+        self._file = (
+            RecordingFile(path)
+            if signer is None
+            else SealedFile(path, signer, file_id(continues[-1]) if continues else "")
+        )
         self._problem = ""
         self._report: RecordingReport | None = None
         self._robots: dict[str, _Robot] = {
@@ -162,6 +171,7 @@ class Recorder:
         if before is not None:
             self._robots = before._robots
         self._span_ns: tuple[int, int] | None = None
+        self._written = 0
         self._first = namespaces[0]
         self._channels: dict[tuple[str, str], _Channel] = {}
         self._drawn: dict[tuple[str, str], _Channel] = {}
@@ -170,6 +180,7 @@ class Recorder:
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
         try:
             self._writer.start("ros2", f"touchline {version('touchline')}")
+            self._seal()
             self._channels = self._register(topics)
             self._drawn = self._register(VIEWING)
         except RecordingError:
@@ -303,6 +314,7 @@ class Recorder:
             first_ns, last_ns = self._span_ns or (log_ns, log_ns)
             self._span_ns = min(first_ns, log_ns), max(last_ns, log_ns)
             self._writer.add_message(channel.channel_id, log_ns, payload, time_ns, sequence & 0xFFFFFFFF)
+            self._written += 1
         except RecordingError as error:
             self._fail(error)
             raise
@@ -322,7 +334,7 @@ class Recorder:
             self._fail(error)
 
     def flush(self) -> None:
-        """End the chunk in progress, so that all taken until now survives the process.
+        """End the chunk in progress, so that all taken until now survives the process, and seal it.
 
         Raises:
             RecordingError: As :meth:`write`.
@@ -331,16 +343,30 @@ class Recorder:
             raise RecordingError(self._problem)
         try:
             self._writer.flush()  # type: ignore[no-untyped-call]
+            self._seal()
         except RecordingError as error:
             self._fail(error)
             raise
+
+    def _seal(self) -> None:
+        if isinstance(self._file, SealedFile):
+            self._file.seal(self._writer, self._written, self._latest_ns)
+
+    @property
+    def _latest_ns(self) -> int:
+        """Latest log time in the file."""
+        return self._span_ns[1] if self._span_ns is not None else 0
 
     def _fail(self, error: RecordingError) -> None:
         ended = self._file.close_short()
         self._problem = f"{error}; {'the recording ends before it' if ended else 'the recording is broken off there'}"
 
     def finish(
-        self, rejected: Mapping[tuple[str, str], int] | None = None, unasked: Sequence[str] = ()
+        self,
+        rejected: Mapping[tuple[str, str], int] | None = None,
+        unasked: Sequence[str] = (),
+        *,
+        goes_on: bool = False,
     ) -> RecordingReport:
         """Complete the file with its index and close it; a repeated call returns the same report.
 
@@ -349,12 +375,13 @@ class Recorder:
         Args:
             rejected: By robot and name in the topic table, payloads that were kept from the recording.
             unasked: Publishers that could not be asked for their last messages, so that losses are unknown.
+            goes_on: Whether the recording goes on in another file.
         """
         if self._report is None:
-            self._report = self._finish(rejected or {}, ", ".join(unasked))
+            self._report = self._finish(rejected or {}, ", ".join(unasked), goes_on)
         return self._report
 
-    def _finish(self, rejected: Mapping[tuple[str, str], int], unasked: str) -> RecordingReport:
+    def _finish(self, rejected: Mapping[tuple[str, str], int], unasked: str, goes_on: bool) -> RecordingReport:
         counts = {channel.name: channel.messages for channel in self._channels.values()}
         if not self._problem:
             try:
@@ -368,7 +395,10 @@ class Recorder:
                     self._writer.add_metadata("touchline_rejected", self._rejected_metadata(rejected))
                 if unasked:
                     self._writer.add_metadata("touchline_unasked", {"publishers": unasked})
-                self._writer.finish()  # type: ignore[no-untyped-call]
+                if isinstance(self._file, SealedFile):
+                    self._file.finish(self._writer, self._written, self._latest_ns, goes_on=goes_on)
+                else:
+                    self._writer.finish()  # type: ignore[no-untyped-call]
                 self._file.close()
             except RecordingError as error:
                 if not self._problem:

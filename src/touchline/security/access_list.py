@@ -1,7 +1,6 @@
 """The access list of a secured bus: who may join, signed by the certificate authority."""
 
 import base64
-import binascii
 import ipaddress
 import json
 import re
@@ -60,16 +59,21 @@ def address_of(endpoint: str) -> tuple[str, int]:
     return checked_host(bare), int(port)
 
 
-def door_beside(router: str, host: str) -> str:
-    """Return the endpoint at which a robot on a host listens itself: QUIC, at the next port after the router's.
+def door_beside(router: str, host: str, number: int = 0) -> str:
+    """Return the endpoint at which a robot on a host listens itself: QUIC, at a port after the router's.
+
+    Args:
+        router: Endpoint of the router.
+        host: Name or IP address of the robot's machine.
+        number: Number of the robot among those of that machine.
 
     Raises:
-        ValueError: The router's endpoint cannot be used, or there is no next port.
+        ValueError: The router's endpoint cannot be used, or there is no such port.
     """
-    _, port = address_of(router)
-    if port == 65_535:
-        raise ValueError("give a port below 65535: robots listen at the next one")
-    return f"quic/[{host}]:{port + 1}" if ":" in host else f"quic/{host}:{port + 1}"
+    port = address_of(router)[1] + 1 + number
+    if port > 65_535:
+        raise ValueError("give a lower port: robots listen at the next ones")
+    return f"quic/[{host}]:{port}" if ":" in host else f"quic/{host}:{port}"
 
 
 def _endpoint(text: str) -> str:
@@ -169,7 +173,7 @@ def load(path: Path, ca: bytes, at_least: int = 0) -> AccessList:
     found = parse(_SignedList, read_text(path), str(path))
     try:
         signature = base64.b64decode(found.signature, validate=True)
-    except binascii.Error:
+    except ValueError:
         signature = b""
     if not is_signed(read_certificate(ca, "the authority's certificate"), _PURPOSE, _signed(found.access), signature):
         raise SpecError(str(path), "", "is damaged, forged, or of another authority", _REMEDY)

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from datetime import timedelta
+from itertools import count
 from pathlib import Path
 from typing import Final, Self
 
@@ -37,6 +38,7 @@ DEFAULT_ROUTER: Final = "tls/127.0.0.1:7461"
 DEFAULT_LIFE: Final = timedelta(days=30)
 LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")
 _MAIN: Final = "main"
+_LONGEST_USER: Final = 32
 #: Those whose members others connect to; to a viewer's, viewers with TLS.
 _LISTENING: Final = (Role.ROUTER, Role.ROBOT, Role.VIEWER)
 #: Processes of a system beside its robots and its operator.
@@ -48,6 +50,7 @@ _PROCESSES: Final = (
     Role.COORDINATOR,
     Role.RECORDER,
     Role.GATEWAY,
+    Role.OBSERVER,
     Role.VIEWER,
 )
 
@@ -153,8 +156,14 @@ class CertificateAuthority:
             except ValueError as error:
                 raise SpecError("command line", "--host", f"is {host!r}", str(error)) from error
         hosts = tuple(dict.fromkeys(hosts)) or LOCAL_HOSTS
-        door = door_beside(self.access.router, "127.0.0.1" if hosts == LOCAL_HOSTS else hosts[0]) if is_robot else ""
+        door = self._free_door("127.0.0.1" if hosts == LOCAL_HOSTS else hosts[0]) if is_robot else ""
         return Member(name=full, role=role, namespace=name if is_robot else "", hosts=hosts, door=door)
+
+    def _free_door(self, host: str) -> str:
+        """Return an endpoint for a robot's own door that no other robot of its machine has."""
+        taken = {member.door for member in self.access.members}
+        doors = (door for number in count() if (door := door_beside(self.access.router, host, number)) not in taken)
+        return next(doors)
 
     def issue(self, members: Sequence[Member], life: timedelta = DEFAULT_LIFE) -> None:
         """Put new members on the access list, and make their identities.
@@ -174,6 +183,11 @@ class CertificateAuthority:
         key = self._key()
         access = self.access.changed(certificates.now(), members=(*self.access.members, *members))
         self._write(access, signed(access, key), self._identities(key, dict.fromkeys(members, life)))
+
+    def _issue_missing(self, members: Iterable[Member]) -> None:
+        missing = [member for member in members if not self.access.member(member.name)]
+        if missing:
+            self.issue(missing)
 
     def renew(self, members: Iterable[Member]) -> None:
         """Make new keys and certificates, valid for as long as the former ones were.
@@ -199,9 +213,9 @@ class CertificateAuthority:
         access = self.access.changed(certificates.now(), members=kept, revoked=(*self.access.revoked, member.name))
         self._write(access, signed(access, key), {})
         folder = self.folder_of(member)
-        for name in (KEY_FILE, CERTIFICATE_FILE, AUTHORITY_FILE, ACCESS_FILE):
-            (folder / name).unlink(missing_ok=True)
-        with suppress(OSError):  # somebody keeps other files in it, or it is gone
+        with suppress(OSError):  # somebody keeps other files in it, or it is gone; without a member it is worth nothing
+            for name in (KEY_FILE, CERTIFICATE_FILE, AUTHORITY_FILE, ACCESS_FILE):
+                (folder / name).unlink(missing_ok=True)
             folder.rmdir()
 
     def due(self) -> list[Member]:
@@ -310,10 +324,10 @@ def issued_for_system(folder: Path, namespaces: Sequence[str]) -> dict[Role | st
             authority = CertificateAuthority._created(folder, DEFAULT_ROUTER)
         members: dict[Role | str, Member] = {role: authority.new_member(role, _MAIN) for role in _PROCESSES}
         members[Role.OPERATOR] = authority.new_member(Role.OPERATOR, _user())
-        members |= {namespace: authority.new_member(Role.ROBOT, namespace) for namespace in namespaces}
-        missing = [member for member in members.values() if not authority.access.member(member.name)]
-        if missing:
-            authority.issue(missing)
+        authority._issue_missing(members.values())
+        for namespace in namespaces:  # one by one: each takes a free door
+            members[namespace] = authority.new_member(Role.ROBOT, namespace)
+            authority._issue_missing([members[namespace]])
         names = {member.name for member in members.values()}
         due = [member for member in authority.due() if member.name in names]
         if due and authority.can_sign():
@@ -326,7 +340,7 @@ def issued_for_system(folder: Path, namespaces: Sequence[str]) -> dict[Role | st
 def _user() -> str:
     """Return the name of this user, as an identity's may be."""
     try:
-        return re.sub(r"[^A-Za-z0-9_-]+", "-", getpass.getuser()).strip("-") or str(os.getuid())
+        return re.sub(r"[^A-Za-z0-9_-]+", "-", getpass.getuser())[:_LONGEST_USER].strip("-") or str(os.getuid())
     except (KeyError, OSError):  # of a user without an entry
         return str(os.getuid())
 

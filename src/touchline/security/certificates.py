@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 from typing import Final
 
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
+from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
 from cryptography.hazmat.primitives.asymmetric.ec import (
     ECDSA,
     SECP256R1,
@@ -140,7 +140,7 @@ def read_certificate(pem: bytes, source: str) -> x509.Certificate:
         name_of(certificate)
         if isinstance(certificate.public_key(), EllipticCurvePublicKey):
             return certificate
-    except (ValueError, IndexError) as error:
+    except (ValueError, IndexError, UnsupportedAlgorithm) as error:
         raise SpecError(source, "", "is not a certificate (PEM)", "put the file back, or issue it anew") from error
     raise SpecError(source, "", "has a key of another kind than P-256", "use certificates of `touchline keys`")
 
@@ -159,7 +159,7 @@ def read_key(pem: bytes, source: str) -> EllipticCurvePrivateKey:
         key = load_pem_private_key(pem, None)
     except TypeError as error:
         raise SpecError(source, "", "is protected by a passphrase", "remove that (openssl pkey)") from error
-    except ValueError as error:
+    except (ValueError, UnsupportedAlgorithm) as error:
         raise SpecError(source, "", "is not a private key (PEM)", "put the file back, or issue it anew") from error
     if isinstance(key, EllipticCurvePrivateKey):
         return key

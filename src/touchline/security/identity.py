@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Final, Self
 
 from touchline.schemas.errors import SpecError
 from touchline.schemas.roles import Role
+from touchline.schemas.user_folders import keys_folder
 from touchline.security.access_list import ACCESS_FILE, AccessList, load
-from touchline.security.key_files import check_private, keys_folder, read_file
+from touchline.security.key_files import check_private, read_file
 
 if TYPE_CHECKING:
     from cryptography.x509 import Certificate
@@ -20,7 +21,7 @@ AUTHORITY_FILE: Final = "ca.pem"
 IDENTITIES: Final = "identities"
 _PURPOSE: Final = "data"
 #: A key and its certificate are replaced one right after the other; a reader between them looks again.
-_LOOKS, _LOOK_AGAIN_S = 5, 0.05
+_LOOKS, _LOOK_AGAIN_S = 40, 0.05
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,6 @@ from touchline.schemas.errors import SpecError
 _LOCK: Final = ".lock"
 
 
-def keys_folder() -> Path:
-    """Return the default folder of keys: ``$XDG_CONFIG_HOME/touchline/keys``."""
-    base = os.environ.get("XDG_CONFIG_HOME")
-    return (Path(base) if base else Path.home() / ".config") / "touchline" / "keys"
-
-
 def make_private_folder(path: Path) -> None:
     """Make a folder that nobody else may look into, unless it is there.
 

@@ -1,4 +1,4 @@
-"""The user's state folder, and the run folder with its files, which are protected from others and from links."""
+"""The run folder, and files that are protected from others and from links."""
 
 import contextlib
 import os
@@ -10,12 +10,6 @@ from typing import Final
 from touchline.schemas.errors import TouchlineError
 
 _PRIVATE: Final = 0o700
-
-
-def state_folder() -> Path:
-    """Return the folder of what lasts, such as journals and logs: ``$XDG_STATE_HOME/touchline``."""
-    base = os.environ.get("XDG_STATE_HOME")
-    return (Path(base) if base else Path.home() / ".local" / "state") / "touchline"
 
 
 def run_folder() -> Path:

@@ -8,8 +8,8 @@ from typing import Final
 
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.roles import Role
+from touchline.schemas.user_folders import keys_folder
 from touchline.security.identity import Identity
-from touchline.security.key_files import keys_folder
 
 _LOG: Final = logging.getLogger(__name__)
 _RENEWED_EVERY_S: Final = 60.0

@@ -19,7 +19,7 @@ from typing import Final
 
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.plain_text import plain_lines
-from touchline.supervision.private_folder import state_folder
+from touchline.schemas.user_folders import state_folder
 
 _LOGGER: Final = logging.getLogger("touchline")
 #: A process has two files of this size, the newer and the older one.
