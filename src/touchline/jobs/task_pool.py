@@ -194,8 +194,7 @@ def on_dask(
     try:
         client = Client(address, timeout=f"{_ANSWER_S}s", security=security)
     except (OSError, ValueError, TypeError) as error:  # the last one is for tls:// without certificates
-        reason = f"{error}{f' ({error.__cause__})' if error.__cause__ else ''}"
-        raise TouchlineError(f"no Dask scheduler answers at {address}: {reason}") from error
+        raise TouchlineError(f"no Dask scheduler answers at {address}: {_with_cause(error)}") from error
     with client:
         there = client.scatter([shared], broadcast=True)[0]
         futures = client.map(_on_worker, list(tasks), work=work, shared=there, pure=False)
@@ -210,6 +209,14 @@ def on_dask(
             raise TouchlineError(f"the Dask scheduler at {address} is gone") from error
         finally:
             client.cancel(futures)
+
+
+def _with_cause(error: BaseException) -> str:
+    """Return an error's text, and in brackets that of its first cause, such as a certificate that is not trusted."""
+    first = error
+    while first.__cause__ is not None:
+        first = first.__cause__
+    return f"{error}" if first is error else f"{error} ({first})"
 
 
 def _on_worker(task: Task, work: Work[Shared, Task, Done], shared: Shared) -> Done:
