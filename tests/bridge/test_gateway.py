@@ -413,6 +413,20 @@ def test_all_is_gone_when_the_gateway_is(bridge, endpoint):
             assert time.monotonic() < deadline, "waited in vain"
 
 
+def test_only_what_is_listed_is_there(robot, bridge, session, endpoint):
+    listed = GatewayConfig(domain=3, topics=("traversal/status", "tf_*"), services=("traversal/estop",))
+    gateway = Gateway(bridge, bridge, session, listed)
+    publisher = robot.publisher(topics.CLOCK)
+    with zenoh_session("peer", connect=[endpoint]) as ros:
+        turn_until(gateway, lambda: len(tokens(ros)) == 4)
+        names = {(kind, name) for *_, kind, _, _, _, name, _, _, _ in (each.split("/") for each in tokens(ros))}
+        assert {name for kind, name in names if kind == "MP"} == {"%tt2%traversal%status", "%tt2%tf_static"}
+        assert {name for kind, name in names if kind == "SS"} == {"%tt2%traversal%estop"}
+        turn_until(gateway, lambda: publisher.send(Clock()) or gateway.turn())
+        assert not gateway.pass_urgent()
+        assert gateway.figures()["ros2_messages"] == 0
+
+
 def test_a_second_gateway_for_the_same_robot_is_refused_and_one_for_another_is_not(bridge, gateway, endpoint):
     with Ros2Session.open(Ros2Endpoint(endpoint, listen=False)) as session:
         with pytest.raises(TouchlineError, match=r"/tt2/touchline is there already in domain 3; choose .*--ros-domain"):

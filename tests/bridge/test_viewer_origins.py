@@ -4,6 +4,7 @@ import http.client
 import socket
 from collections.abc import Iterator
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -153,8 +154,11 @@ def test_what_is_no_origin_is_refused_with_an_example() -> None:
     for wrong in ("viewer.example", "*", "https://viewer.example/page", "https://a b"):
         with pytest.raises(SpecError, match=r"give it as browsers send it, such as https://viewer\.example"):
             FoxgloveConfig(origins=(wrong,))
-    config = FoxgloveConfig(orders=True, origins=("https://a.example", "https://b.example"))
+    tls = {"certificate": Path("/a"), "key": Path("/b"), "token": Path("/c")}
+    config = FoxgloveConfig(orders=True, origins=("https://a.example", "https://b.example"), **tls, identity="viewer.a")
     assert config.arguments()[3:] == [
         "--foxglove-orders",
         *("--foxglove-origin", "https://a.example", "--foxglove-origin", "https://b.example"),
+        *("--foxglove-certificate", "/a", "--foxglove-key", "/b", "--foxglove-token", "/c"),
+        *("--viewer-identity", "viewer.a"),
     ]
