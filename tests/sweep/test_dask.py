@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from distributed import LocalCluster, Security
 
 from touchline.cli.workers_choice import WorkersChoice
 from touchline.jobs.task_pool import DaskScheduler, on_dask
@@ -12,8 +13,6 @@ from touchline.schemas.bus_variables import OPEN_VARIABLE
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.security.authority import CertificateAuthority
 from touchline.security.identity import Identity
-
-distributed = pytest.importorskip("distributed")
 
 
 def times(factor: int, number: int) -> int:
@@ -40,8 +39,8 @@ def address(identity: Identity) -> Iterator[str]:
     files: dict[str, Any] = {"tls_ca_file": str(identity.authority)}
     for who in ("scheduler", "worker", "client"):
         files |= {f"tls_{who}_cert": str(identity.certificate), f"tls_{who}_key": str(identity.key)}
-    security = distributed.Security(require_encryption=True, **files)
-    with distributed.LocalCluster(
+    security = Security(require_encryption=True, **files)
+    with LocalCluster(
         n_workers=1, processes=False, dashboard_address=None, protocol="tls://", security=security
     ) as cluster:
         yield cluster.scheduler_address
