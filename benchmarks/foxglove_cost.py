@@ -1,19 +1,21 @@
 """Processor time of the bridge for a viewer at 20 times real time, by subscription.
 
-`python -m benchmarks foxglove_cost`; `speed` is times real time, `seconds` how long for each row (wall clock). The
-share is that of one core, reckoned for that speed from processor time over sim time: on a busy machine the robot may
-fall behind.
+`python -m benchmarks foxglove_cost`; `speed` is times real time, `seconds` how long for each row (wall clock), `tls`
+whether viewers connect by TLS. The share is that of one core, reckoned for that speed from processor time over sim
+time: on a busy machine the robot may fall behind.
 """
 
 from __future__ import annotations
 
 import json
+import ssl
 import threading
 import time
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
 from websockets.exceptions import ConnectionClosed
@@ -27,6 +29,9 @@ from touchline.bus import Bus, Inbox
 from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.messages import Clock
+from touchline.schemas.roles import Role
+from touchline.security.authority import CertificateAuthority
+from touchline.security.identity import Identity
 
 _LAYOUT: Final = Path(__file__).resolve().parents[1] / "examples" / "viewers" / "layout.json"
 _SETTLED: Final = 0.2
@@ -79,9 +84,10 @@ class Looker:
 
 
 @contextmanager
-def looking(url: str, wanted: Collection[str] | None) -> Iterator[tuple[Looker, int]]:
+def looking(url: str, wanted: Collection[str] | None, context: ssl.SSLContext | None) -> Iterator[tuple[Looker, int]]:
     """Open a viewer with its subscriptions; yields it and the number of topics."""
-    with connect(url, subprotocols=[Subprotocol("foxglove.sdk.v1")], max_size=None, close_timeout=0.1) as socket:
+    protocols = [Subprotocol("foxglove.sdk.v1")]
+    with connect(url, ssl=context, subprotocols=protocols, max_size=None, close_timeout=0.1) as socket:
         looker = Looker(socket)
         yield looker, looker.subscribe(wanted)
 
@@ -94,13 +100,27 @@ def layout_topics() -> set[str]:
     return transforms | {name for name in names if f'"{name}"' in text or f'"{name}.' in text}
 
 
-def main(speed: float = 20.0, seconds: float = 15.0, template: str = "soccer-11") -> None:
+def identity_in(folder: Path) -> Identity:
+    """Return the identity of a server of viewers on this machine, of a new authority."""
+    authority = CertificateAuthority.create(folder / "keys")
+    member = authority.new_member(Role.VIEWER, "main")
+    authority.issue([member])
+    return Identity.load(authority.folder_of(member))
+
+
+def main(speed: float = 20.0, seconds: float = 15.0, template: str = "soccer-11", *, tls: bool = False) -> None:
     """Print a row for nobody, for a viewer with the layout, and for one with everything."""
     if find_spec("foxglove") is None:
         raise NotHereError("the package foxglove-sdk is not installed")
     address = f"127.0.0.1:{free_port()}"
-    options = ["--foxglove", "--foxglove-listen", address]
-    with running_system(speed, options=options) as system, Bus.open(topics.OPERATOR, system.config) as bus:
+    options, url, context = ["--foxglove", "--foxglove-listen", address], f"ws://{address}", None
+    with ExitStack() as stack:
+        if tls:
+            identity = identity_in(Path(stack.enter_context(TemporaryDirectory())))
+            options += ["--foxglove-certificate", str(identity.certificate), "--foxglove-key", str(identity.key)]
+            url, context = f"wss://{address}", ssl.create_default_context(cafile=identity.authority)
+        system = stack.enter_context(running_system(speed, options=options))
+        bus = stack.enter_context(Bus.open(topics.OPERATOR, system.config))
         hand = Hand(system, bus)
         hand.ready()
         hand.plan(template)
@@ -126,9 +146,9 @@ def main(speed: float = 20.0, seconds: float = 15.0, template: str = "soccer-11"
             )
 
         row("nobody looks", None)
-        with looking(f"ws://{address}", layout_topics()) as (looker, count):
+        with looking(url, layout_topics(), context) as (looker, count):
             row(f"the layout, {count} topics", looker)
-        with looking(f"ws://{address}", None) as (looker, count):
+        with looking(url, None, context) as (looker, count):
             row(f"everything, {count} topics", looker)
 
 

@@ -26,7 +26,7 @@ class FollowerRoute:
     Answers pass undecoded, and the robot checks them. Without such a node a follower on the bus is alone.
 
     Args:
-        bus: Bus of the robot.
+        bus: Bus of the robot by which ROS 2 nodes serve.
         session: Session among ROS 2 nodes.
         node: ROS 2 node of the robot.
         number: Number of the node's first endpoint here.

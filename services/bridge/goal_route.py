@@ -47,7 +47,7 @@ class GoalRoute:
     The robot reports the outcome of a goal in its event log; failures before that are reported here.
 
     Args:
-        bus: Bus of the robot.
+        bus: Bus of the robot by which ROS 2 nodes ask.
         session: Session among ROS 2 nodes.
         node: ROS 2 node of the robot.
         number: Number of the node's first endpoint here.

@@ -1,6 +1,6 @@
 """Parameter services of a robot's ROS 2 node."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import Any, Final
 
 from touchline.bus.counters import Counters
@@ -27,18 +27,22 @@ class ParameterRoute:
         session: Session among ROS 2 nodes.
         node: ROS 2 node of the robot.
         number: Number of the node's first endpoint here.
+        offered: Names of the services that are offered.
 
     Attributes:
         calls: Requests so far.
     """
 
-    def __init__(self, counters: Counters, session: Ros2Session, node: RosNode, number: int) -> None:
+    def __init__(
+        self, counters: Counters, session: Ros2Session, node: RosNode, number: int, offered: Collection[str]
+    ) -> None:
         self._counters = counters
         self._parameters = RobotParameters(counters.reject)
         self._servers: list[tuple[Service[Any, Any], Ros2Server]] = []
         for at, service in enumerate(topics.PARAMETER_SERVICES, number):
-            self._servers.append((service, session.serve(node.service_key(service))))
-            session.declare_token(node.server_token(at, service))
+            if service.name in offered:
+                self._servers.append((service, session.serve(node.service_key(service))))
+                session.declare_token(node.server_token(at, service))
         self.calls = 0
 
     def take_setup(self, payload: bytes) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 from touchline.bus import Bus, Sample
 from touchline.bus.calls import Question
+from touchline.bus.counters import Counters
 from touchline.bus.ros2 import Ros2Request, Ros2Session
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES, encode
 from touchline.schemas.messages.base import Message
@@ -65,15 +66,30 @@ class ServiceRoute:
     A client of rmw_zenoh waits forever for a response when it is sent an error. So problems are reported in the
     response where that has ``success``; only other services answer with an error.
 
+    Args:
+        asking: Bus by which it asks.
+        counters: Counters of the bridge's bus, for invalid requests.
+        session: Session among ROS 2 nodes.
+        node: ROS 2 node of the robot.
+        number: Number of the endpoint within the node.
+        service: The service.
+
     Attributes:
         urgent: Whether it stops the robot.
         calls: Requests so far.
         refused: Number of invalid requests, and of those without a response.
     """
 
-    def __init__(self, bus: Bus, session: Ros2Session, node: RosNode, number: int, service: Service[Any, Any]) -> None:
-        """Declare server and token; ``number`` is the endpoint's number within the node."""
-        self._bus = bus
+    def __init__(
+        self,
+        asking: Bus,
+        counters: Counters,
+        session: Ros2Session,
+        node: RosNode,
+        number: int,
+        service: Service[Any, Any],
+    ) -> None:
+        self._asking, self._counters = asking, counters
         self._service = service
         self.urgent = service.urgent
         self._server = session.serve(node.service_key(service))
@@ -87,14 +103,14 @@ class ServiceRoute:
         while len(self._under_way) < _UNDER_WAY and (request := self._server.poll()) is not None:
             self.calls += 1
             if problem := problem_of(request):
-                self._bus.counters.reject(f"ROS 2, {self._service.name}: {problem}")
+                self._counters.reject(f"ROS 2, {self._service.name}: {problem}")
                 self._refuse(request, problem)
             else:
                 self._under_way.append(_UnderWay(request, self._ask(request), time.monotonic()))
         self._under_way = [pending for pending in self._under_way if not self._answered(pending)]
 
     def _ask(self, request: Ros2Request) -> Question:
-        return self._bus.ask(self._service, request.payload, _ANSWER_TIMEOUT_S)
+        return self._asking.ask(self._service, request.payload, _ANSWER_TIMEOUT_S)
 
     def _answered(self, pending: _UnderWay) -> bool:
         now_s = time.monotonic()

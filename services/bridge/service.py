@@ -11,6 +11,7 @@ from touchline.bus.ros2 import Ros2Session
 from touchline.recordings.recorder import Existing, RecordingReport
 from touchline.schemas import topics
 from touchline.services.bridge.active_recording import ActiveRecording
+from touchline.services.bridge.door_identity import buses_as
 from touchline.services.bridge.foxglove import FoxgloveConfig, serve_viewers
 from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_urgent
 from touchline.services.bridge.recording_folder import RecordingFolder
@@ -48,10 +49,11 @@ def run_service(
 
     Raises:
         RecordingError: ``record`` cannot be created, or there is no folder ``recordings``.
-        SpecError: The bus configuration cannot be used.
+        SpecError: The bus configuration cannot be used, or ``ros2`` or ``foxglove`` do not suit it.
         TouchlineError: Another bridge is there, or the addresses of ``ros2`` or ``foxglove`` cannot be used.
     """
     config = config or BusConfig.from_environment()
+    gateway_identity = ros2.checked(config) if ros2 is not None else None
     folder = RecordingFolder(recordings or Path.cwd(), existing, config.identity)
     switch_threads_soon()
     with (
@@ -65,13 +67,17 @@ def run_service(
         gateways: list[Gateway] = []
         if ros2 is not None:
             session = stack.enter_context(Ros2Session.open(ros2.endpoint))
+            asking = stack.enter_context(buses_as(gateway_identity, buses, lambda: stop.asked))
             alone = len(buses) == 1
-            gateways = [Gateway(bus, session, ros2.of(bus.namespace, alone=alone), names) for bus in buses]
+            gateways = [
+                Gateway(bus, own, session, ros2.of(bus.namespace, alone=alone), names)
+                for bus, own in zip(buses, asking, strict=True)
+            ]
             stack.enter_context(passing_urgent(gateways))
         viewers = None
         if foxglove is not None:
-            viewers = stack.enter_context(serve_viewers(buses, foxglove))
-            sys.stderr.write(f"viewers (Foxglove, Lichtblick) find {', '.join(names)} at {viewers.url}\n")
+            viewers = stack.enter_context(serve_viewers(buses, foxglove, lambda: stop.asked))
+            sys.stderr.write(f"viewers (Foxglove, Lichtblick) find {', '.join(names)} at {viewers.url_hint}\n")
         active_recording = ActiveRecording(config, folder.path, supervisor)
         service = BridgeService(buses, folder, gateways, stop.beat, active_recording, viewers)
         gc.freeze()  # a collection of all that was loaded would hold up stops from ROS 2

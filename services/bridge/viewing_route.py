@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Final
 
 from touchline.bus import Bus, Sample
@@ -29,14 +29,25 @@ class ViewingRoute:
         node: ROS 2 node of the robot.
         number: Number of the node's first endpoint here.
         prefix: Prefix of the robot's own frames.
+        shows: Whether a topic of a name is published.
     """
 
-    def __init__(self, bus: Bus, session: Ros2Session, node: RosNode, number: int, prefix: str) -> None:
+    def __init__(
+        self,
+        bus: Bus,
+        session: Ros2Session,
+        node: RosNode,
+        number: int,
+        prefix: str,
+        shows: Callable[[str], bool],
+    ) -> None:
         self._viewing = LiveViewing(bus, prefix)
         self._routes = {
-            topic.name: TopicRoute(session, node, at, topic) for at, topic in enumerate(topics.VIEWING, number)
+            topic.name: TopicRoute(session, node, at, topic)
+            for at, topic in enumerate(topics.VIEWING, number)
+            if shows(topic.name)
         }
-        self._watched = {topic: session.watch(node.topic_key(topic)) for topic in _MOVING}
+        self._watched = {topic: session.watch(node.topic_key(topic)) for topic in _MOVING if shows(topic.name)}
         self._look_s = 0.0
 
     @property
@@ -56,4 +67,5 @@ class ViewingRoute:
 
     def _send(self, drawn: Iterable[Drawn], source_time_ns: int) -> None:
         for each in drawn:
-            self._routes[each.topic.name].send_bytes(each.payload, source_time_ns)
+            if (route := self._routes.get(each.topic.name)) is not None:
+                route.send_bytes(each.payload, source_time_ns)

@@ -70,7 +70,7 @@ def session(endpoint):
 
 @pytest.fixture
 def gateway(bridge, session):
-    gateway = Gateway(bridge, session, GatewayConfig(domain=3))
+    gateway = Gateway(bridge, bridge, session, GatewayConfig(domain=3))
     with passing_urgent([gateway]):
         yield gateway
 
@@ -217,7 +217,7 @@ def test_what_viewers_draw_is_published_to_who_looks(robot, session, gateway, ro
 
 
 def test_the_clock_is_told_by_the_name_that_nodes_expect_if_asked_for(robot, bridge, session, endpoint):
-    gateway = Gateway(bridge, session, GatewayConfig(domain=3, clock=True))
+    gateway = Gateway(bridge, bridge, session, GatewayConfig(domain=3, clock=True))
     with zenoh_session("peer", connect=[endpoint]) as ros:
         turn_until(gateway, lambda: len(tokens(ros)) == EVERYTHING + 1)
         heard = subscribe(ros, session, RosNode(3, "", "x", session.id).topic_key(topics.CLOCK))
@@ -406,19 +406,33 @@ def test_nodes_find_each_other_by_the_gateway_as_by_rmw_zenohd(gateway, ros, end
 def test_all_is_gone_when_the_gateway_is(bridge, endpoint):
     with zenoh_session("router", listen=[endpoint]) as router:
         with Ros2Session.open(Ros2Endpoint(endpoint, listen=False)) as session:
-            gateway = Gateway(bridge, session, GatewayConfig(domain=3))
+            gateway = Gateway(bridge, bridge, session, GatewayConfig(domain=3))
             turn_until(gateway, lambda: len(tokens(router)) == EVERYTHING)
         deadline = time.monotonic() + 60.0
         while tokens(router):
             assert time.monotonic() < deadline, "waited in vain"
 
 
+def test_only_what_is_listed_is_there(robot, bridge, session, endpoint):
+    listed = GatewayConfig(domain=3, topics=("traversal/status", "tf_*"), services=("traversal/estop",))
+    gateway = Gateway(bridge, bridge, session, listed)
+    publisher = robot.publisher(topics.CLOCK)
+    with zenoh_session("peer", connect=[endpoint]) as ros:
+        turn_until(gateway, lambda: len(tokens(ros)) == 4)
+        names = {(kind, name) for *_, kind, _, _, _, name, _, _, _ in (each.split("/") for each in tokens(ros))}
+        assert {name for kind, name in names if kind == "MP"} == {"%tt2%traversal%status", "%tt2%tf_static"}
+        assert {name for kind, name in names if kind == "SS"} == {"%tt2%traversal%estop"}
+        turn_until(gateway, lambda: publisher.send(Clock()) or gateway.turn())
+        assert not gateway.pass_urgent()
+        assert gateway.figures()["ros2_messages"] == 0
+
+
 def test_a_second_gateway_for_the_same_robot_is_refused_and_one_for_another_is_not(bridge, gateway, endpoint):
     with Ros2Session.open(Ros2Endpoint(endpoint, listen=False)) as session:
         with pytest.raises(TouchlineError, match=r"/tt2/touchline is there already in domain 3; choose .*--ros-domain"):
-            Gateway(bridge, session, GatewayConfig(Ros2Endpoint(endpoint, listen=False), domain=3))
-        Gateway(bridge, session, GatewayConfig(domain=3, namespace="/other"))
-        Gateway(bridge, session, GatewayConfig(domain=4))
+            Gateway(bridge, bridge, session, GatewayConfig(Ros2Endpoint(endpoint, listen=False), domain=3))
+        Gateway(bridge, bridge, session, GatewayConfig(domain=3, namespace="/other"))
+        Gateway(bridge, bridge, session, GatewayConfig(domain=4))
 
 
 def test_an_endpoint_that_cannot_be_used_is_told_with_its_option(session, endpoint):
@@ -438,7 +452,7 @@ def test_several_robots_are_several_nodes_of_one_session(bus_config, session, en
     with Bus.open_all(topics.BRIDGE, bus_config.of("r1", "club/r2")) as buses:
         config = GatewayConfig(domain=3, namespace="/demo")
         names = [bus.namespace for bus in buses]
-        gateways = [Gateway(bus, session, config.of(bus.namespace, alone=False), names) for bus in buses]
+        gateways = [Gateway(bus, bus, session, config.of(bus.namespace, alone=False), names) for bus in buses]
         with zenoh_session("peer", connect=[endpoint]) as ros:
             every = 2 * (EVERYTHING - 1)  # goals have one name each
             found = turn_until(gateways[0], lambda: len(there := tokens(ros)) == every and there)

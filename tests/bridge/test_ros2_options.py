@@ -4,6 +4,7 @@ import os
 import socket
 import subprocess
 import sys
+from typing import Any
 
 import pytest
 
@@ -30,18 +31,38 @@ def test_it_joins_a_router_that_is_named() -> None:
     assert config == GatewayConfig(Ros2Endpoint("tcp/10.0.0.1:7447", listen=False), 7, "/a/b")
 
 
+def test_a_system_hands_all_of_it_to_its_bridge() -> None:
+    config = Ros2Choice(True, 0, "", "", "", ["clock", "plan*"], ["traversal/*"], "gateway.main").gateway()
+    assert config is not None
+    assert config.arguments()[7:] == [
+        *("--ros2-topics", "clock", "--ros2-topics", "plan*", "--ros2-services", "traversal/*"),
+        *("--gateway-identity", "gateway.main"),
+    ]
+
+
 @pytest.mark.parametrize(
     ("given", "named"),
     [
         ((False, 0, "", "tcp/a:1", ""), "--ros2-listen is 'tcp/a:1'; give --ros2"),
         ((False, 0, "", "", "tcp/a:1"), "--ros2-connect is 'tcp/a:1'; give --ros2"),
         ((False, 0, "x", "", ""), "--ros-namespace is 'x'; give --ros2"),
+        ((False, 0, "", "", "", ["clock"]), "--ros2-topics is 'clock'; give --ros2"),
+        ((False, 0, "", "", "", None, ["a", "b"]), "--ros2-services is 'a, b'; give --ros2"),
+        ((False, 0, "", "", "", None, None, "gateway.main"), "--gateway-identity is 'gateway.main'; give --ros2"),
         ((True, 0, "", "tcp/a:1", "tcp/a:2"), "--ros2-connect is 'tcp/a:2'; give it or --ros2-listen, not both"),
         ((True, 0, "2nd", "", ""), "--ros-namespace is '2nd'"),
         ((True, 0, "", "7447", ""), "--ros2-listen is '7447'; give a locator like"),
+        (
+            (True, 0, "", "", "", ["odometry/filterd"]),
+            "--ros2-topics is 'odometry/filterd', which matches nothing; did you mean 'odometry/filtered'?",
+        ),
+        (
+            (True, 0, "", "", "", None, ["traversal/pause", "/tt2/*"]),
+            "--ros2-services is '/tt2/*', which matches nothing; see `touchline topics` for the names",
+        ),
     ],
 )
-def test_what_cannot_be_meant_is_refused_by_its_name(given: tuple[bool, int, str, str, str], named: str) -> None:
+def test_what_cannot_be_meant_is_refused_by_its_name(given: tuple[Any, ...], named: str) -> None:
     with pytest.raises(SpecError) as refusal:
         Ros2Choice(*given).gateway()
     assert named in str(refusal.value)

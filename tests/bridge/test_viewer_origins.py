@@ -4,6 +4,7 @@ import http.client
 import socket
 from collections.abc import Iterator
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,7 +18,7 @@ from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError
 from touchline.services.bridge.foxglove import FoxgloveConfig, serve_viewers
-from touchline.services.bridge.foxglove.origin_guard import refusal_of
+from touchline.services.bridge.foxglove.viewer_guard import Refusal, refusal_of
 
 FOREIGN = (
     "https://evil.example",
@@ -92,10 +93,14 @@ def head(*lines: str) -> bytes:
     return "\r\n".join(["GET / HTTP/1.1", "Host: x", *lines, "", ""]).encode()
 
 
+def refused(given: bytes) -> Refusal | None:
+    return refusal_of(given, "127.0.0.1", (), "")
+
+
 def test_a_handshake_hides_no_origin() -> None:
     upgrade = "Upgrade: websocket"
-    assert refusal_of(head(upgrade), ()) == ""
-    assert refusal_of(head("origin: http://localhost", "UPGRADE: WebSocket"), ()) == ""
+    assert refused(head(upgrade)) is None
+    assert refused(head("origin: http://localhost", "UPGRADE: WebSocket")) is None
     for lines in (
         ["Connection: keep-alive"],
         [upgrade, "Origin: http://localhost", "Origin: https://evil.example"],
@@ -106,8 +111,8 @@ def test_a_handshake_hides_no_origin() -> None:
         [upgrade, "Origin:\thttps://evil.example"],
         [upgrade, "Origin"],
     ):
-        assert refusal_of(head(*lines), ()), lines
-    assert refusal_of(head(upgrade).replace(b"GET", b"POST"), ())
+        assert refused(head(*lines)) is not None, lines
+    assert refused(head(upgrade).replace(b"GET", b"POST")) is not None
 
 
 def test_requests_that_are_no_handshake_reach_nobody(url: str) -> None:
@@ -149,8 +154,11 @@ def test_what_is_no_origin_is_refused_with_an_example() -> None:
     for wrong in ("viewer.example", "*", "https://viewer.example/page", "https://a b"):
         with pytest.raises(SpecError, match=r"give it as browsers send it, such as https://viewer\.example"):
             FoxgloveConfig(origins=(wrong,))
-    config = FoxgloveConfig(orders=True, origins=("https://a.example", "https://b.example"))
+    tls = {"certificate": Path("/a"), "key": Path("/b"), "token": Path("/c")}
+    config = FoxgloveConfig(orders=True, origins=("https://a.example", "https://b.example"), **tls, identity="viewer.a")
     assert config.arguments()[3:] == [
         "--foxglove-orders",
         *("--foxglove-origin", "https://a.example", "--foxglove-origin", "https://b.example"),
+        *("--foxglove-certificate", "/a", "--foxglove-key", "/b", "--foxglove-token", "/c"),
+        *("--viewer-identity", "viewer.a"),
     ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
@@ -16,17 +16,21 @@ if TYPE_CHECKING:
 __all__ = ["DEFAULT_ADDRESS", "FoxgloveConfig", "serve_viewers"]
 
 
-def serve_viewers(buses: Sequence[Bus], config: FoxgloveConfig) -> AbstractContextManager[Viewers]:
+def serve_viewers(
+    buses: Sequence[Bus], config: FoxgloveConfig, stop: Callable[[], object] = lambda: False
+) -> AbstractContextManager[Viewers]:
     """Serve viewers until the context is left.
 
     Args:
         buses: Bus of each robot.
         config: Address and permissions.
+        stop: Waiting for an absent router ends when this returns true.
 
     Raises:
         TouchlineError: Foxglove's SDK is not installed, or the address cannot be listened on.
+        SpecError: The address is open to the network without protection, or the options do not suit the bus.
     """
     require("foxglove", "--foxglove")
     from touchline.services.bridge.foxglove.robot_viewers import Viewers
 
-    return Viewers.open(buses, config)
+    return Viewers.open(buses, config, stop)

@@ -29,13 +29,17 @@ class ReplayPlayback:
 
     Args:
         buses: Bus of each robot; a replay is reported under each of its own.
+        asking: Bus of each robot by which viewers ask.
         check: Called while waiting for an answer; raises `CallError` if there is no time for that.
     """
 
-    def __init__(self, buses: Sequence[Bus], check: Callable[[], None]) -> None:
+    def __init__(self, buses: Sequence[Bus], asking: Sequence[Bus], check: Callable[[], None]) -> None:
         self._check = check
-        self._ends = [(bus, bus.presence(), bus.inbox([topics.REPLAY_STATUS], keep="latest")) for bus in buses]
-        self._bus = buses[0]
+        self._ends = [
+            (own, bus.presence(), bus.inbox([topics.REPLAY_STATUS], keep="latest"))
+            for bus, own in zip(buses, asking, strict=True)
+        ]
+        self._bus = asking[0]
         self._status: ReplayStatus | None = None
         self._sent: ReplayStatus | None = None
         self._send_s = 0.0

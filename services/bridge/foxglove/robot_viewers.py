@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Any, Final, Self
@@ -13,7 +13,9 @@ from touchline.recordings.viewing import frame_prefix
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.topics import READ_ONLY_SERVICES, REPLAY_SERVICES, SERVICES, Service
+from touchline.services.bridge.door_identity import buses_as
 from touchline.services.bridge.foxglove.replay_playback import ReplayPlayback
+from touchline.services.bridge.foxglove.viewer_access import ViewerAccess
 from touchline.services.bridge.foxglove.viewer_address import FoxgloveConfig
 from touchline.services.bridge.foxglove.viewer_channels import ViewerChannels
 from touchline.services.bridge.foxglove.viewer_server import (
@@ -37,20 +39,27 @@ class Viewers:
 
     Args:
         buses: Bus of each robot.
+        asking: Bus of each robot by which viewers ask.
         config: Address and permissions.
+        access: Requirements for viewers.
 
     Raises:
         TouchlineError: The address cannot be served.
     """
 
-    def __init__(self, buses: Sequence[Bus], config: FoxgloveConfig) -> None:
+    def __init__(
+        self, buses: Sequence[Bus], asking: Sequence[Bus], config: FoxgloveConfig, access: ViewerAccess
+    ) -> None:
         self._parameters = {bus.namespace: RobotParameters(bus.counters.reject) for bus in buses}
         self._leaving, self._orders_allowed = False, config.orders
-        self._playback = ReplayPlayback(buses, self._check_staying)
+        self._access = access
+        self._playback = ReplayPlayback(buses, asking, self._check_staying)
         self._orders = 0
         services = (*SERVICES, *REPLAY_SERVICES) if config.orders else READ_ONLY_SERVICES
-        served = [self._served(bus, service) for bus in buses for service in services]
-        self._server = ViewerServer(config, ViewerAnswers(served, self._all_parameters, self._playback.control))
+        identity = access.identity
+        allowed = [each for each in services if identity is None or identity.role in each.callers]
+        served = [self._served(bus, service) for bus in asking for service in allowed]
+        self._server = ViewerServer(config, access, ViewerAnswers(served, self._all_parameters, self._playback.control))
         names = [bus.namespace for bus in buses]
         self._robots = {
             bus.namespace: ViewerChannels(
@@ -64,19 +73,26 @@ class Viewers:
 
     @classmethod
     @contextmanager
-    def open(cls, buses: Sequence[Bus], config: FoxgloveConfig) -> Iterator[Self]:
-        """Serve viewers until the context is left; see the class."""
-        viewers = cls(buses, config)
-        try:
-            yield viewers
-        finally:
-            viewers._leaving = True
-            viewers._server.stop()
+    def open(cls, buses: Sequence[Bus], config: FoxgloveConfig, stop: Callable[[], object]) -> Iterator[Self]:
+        """Serve viewers until the context is left; see `serve_viewers`."""
+        access = ViewerAccess.of(config, buses[0].config)
+        with buses_as(access.identity, buses, stop) as asking:
+            viewers = cls(buses, asking, config, access)
+            try:
+                yield viewers
+            finally:
+                viewers._leaving = True
+                viewers._server.stop()
 
     @property
     def url(self) -> str:
         """URL at which viewers connect."""
         return self._server.url
+
+    @property
+    def url_hint(self) -> str:
+        """URL for the user, and what viewers need beside it."""
+        return f"{self._server.url}{self._access.hint()}"
 
     def turn(self) -> bool:
         """Pass on what has arrived; return whether anything had."""

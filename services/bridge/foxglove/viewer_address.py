@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 from touchline.schemas.errors import SpecError
@@ -21,15 +22,22 @@ class FoxgloveConfig:
         clock: Whether the first robot's sim time is published as ``/clock``.
         orders: Whether viewers may command the robots, recordings and replays.
         origins: Web pages that may connect, beside those of `is_allowed`.
+        certificate, key: Files of TLS (PEM), if given.
+        token: File of the token that viewers present, if given.
+        identity: Name or folder of the identity in whose name viewers ask on a secured bus; empty if none is given.
     """
 
     address: str = DEFAULT_ADDRESS
     clock: bool = False
     orders: bool = False
     origins: tuple[str, ...] = ()
+    certificate: Path | None = None
+    key: Path | None = None
+    token: Path | None = None
+    identity: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse an invalid address or origin.
+        """Refuse an invalid address or origin, and half of what TLS takes.
 
         Raises:
             SpecError: It is invalid.
@@ -42,6 +50,11 @@ class FoxgloveConfig:
             if not is_origin(origin):
                 remedy = "give it as browsers send it, such as https://viewer.example or http://viewer.example:8080"
                 raise SpecError("command line", "--foxglove-origin", f"is {origin!r}", remedy)
+        if (self.certificate is None) != (self.key is None):
+            given, other = "--foxglove-certificate", "--foxglove-key"
+            if self.certificate is None:
+                given, other = other, given
+            raise SpecError("command line", given, f"is given without {other}", f"give {other}, too")
 
     @property
     def host(self) -> str:
@@ -53,13 +66,15 @@ class FoxgloveConfig:
         """Port number."""
         return int(self.address.rpartition(":")[2])
 
-    @property
-    def url(self) -> str:
-        """URL at which viewers connect."""
-        return f"ws://{self.address}"
-
     def arguments(self) -> list[str]:
         """Options that pass this to ``touchline bridge``."""
         flags = [*(["--clock"] if self.clock else []), *(["--foxglove-orders"] if self.orders else [])]
-        origins = [part for origin in self.origins for part in ("--foxglove-origin", origin)]
-        return ["--foxglove", "--foxglove-listen", self.address, *flags, *origins]
+        options = {
+            "--foxglove-certificate": self.certificate,
+            "--foxglove-key": self.key,
+            "--foxglove-token": self.token,
+            "--viewer-identity": self.identity,
+        }
+        values = [*(("--foxglove-origin", origin) for origin in self.origins), *options.items()]
+        given = [part for option, value in values if value for part in (option, str(value))]
+        return ["--foxglove", "--foxglove-listen", self.address, *flags, *given]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection
-from ipaddress import ip_address
 from typing import Final
 from urllib.parse import urlsplit
+
+from touchline.schemas.loopback import is_loopback_host
 
 KNOWN_ORIGINS: Final = ("https://app.foxglove.dev", "file://")
 """Foxglove in a browser; desktop applications (Foxglove, Lichtblick) and pages in files of this machine."""
@@ -35,7 +36,6 @@ def is_allowed(origin: str, origins: Collection[str]) -> bool:
 
 def _is_loopback(origin: str) -> bool:
     try:
-        host = urlsplit(origin).hostname or ""
-        return host == "localhost" or ip_address(host).is_loopback
+        return is_loopback_host(urlsplit(origin).hostname or "")
     except ValueError:
         return False

@@ -29,8 +29,9 @@ from touchline.recordings.channels import channel_metadata, kind_of
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import Service, Topic
-from touchline.services.bridge.foxglove.origin_guard import OriginGuard
+from touchline.services.bridge.foxglove.viewer_access import ViewerAccess
 from touchline.services.bridge.foxglove.viewer_address import FoxgloveConfig
+from touchline.services.bridge.foxglove.viewer_guard import ViewerGuard
 
 _LOG: Final = logging.getLogger(__name__)
 _NAME: Final = "Touchline"
@@ -80,21 +81,22 @@ class ViewerServer:
 
     Args:
         config: Address and permissions.
+        access: Requirements for viewers.
         answers: Handlers of requests.
 
     Raises:
         TouchlineError: The address cannot be listened on.
     """
 
-    def __init__(self, config: FoxgloveConfig, answers: ViewerAnswers) -> None:
-        self._config = config
+    def __init__(self, config: FoxgloveConfig, access: ViewerAccess, answers: ViewerAnswers) -> None:
+        self._config, self._access = config, access
         self._answers = answers
         self._context = foxglove.Context()
         self._subscribed: deque[int] = deque()
         self._span_ns: Span | None = None
         self._server: WebSocketServer | None = None
         try:
-            self._guard = OriginGuard(config.host, config.port, config.origins, _LOG.warning)
+            self._guard = ViewerGuard((config.host, config.port), config.origins, access, _LOG.warning)
         except OSError as error:
             raise TouchlineError(
                 f"--foxglove-listen {config.host}:{config.port}: cannot listen there ({error.strerror}); name another "
@@ -105,7 +107,7 @@ class ViewerServer:
     @property
     def url(self) -> str:
         """URL at which viewers connect."""
-        return f"ws://{self._config.address.rpartition(':')[0]}:{self._guard.port}"
+        return self._access.url(self._config.address.rpartition(":")[0], self._guard.port)
 
     def channel(self, name: str, topic: Topic) -> foxglove.Channel:
         """Return a channel of that name for the topic's messages as they are."""

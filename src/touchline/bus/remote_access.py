@@ -1,15 +1,14 @@
 """Detection of buses that can be reached from other machines, which are refused unless they are asked for."""
 
-import ipaddress
 import json
 import logging
-import os
 from typing import Any, Final
 
 import zenoh
 
-from touchline.schemas.bus_variables import OPEN_VARIABLE
+from touchline.schemas.bus_variables import is_open_to_network
 from touchline.schemas.errors import TouchlineError
+from touchline.schemas.loopback import is_loopback_host
 
 _LOG: Final = logging.getLogger(__name__)
 SECURED_PROTOCOLS: Final = frozenset(("tls", "quic"))
@@ -28,7 +27,7 @@ def check_exposure(config: zenoh.Config) -> None:
     if not paths:
         return
     exposed = f"this bus can be reached from other machines: {'; '.join(paths)}"
-    if os.environ.get(OPEN_VARIABLE) not in ("1", "true"):
+    if not is_open_to_network():
         remedy = "secure it (docs/guides/security.md), or allow it with --open-to-network"
         raise TouchlineError(f"{exposed}. Anybody there could drive the robots: {remedy}")
     _LOG.warning("%s. Anybody there can stop, start and steer the robots, and forge what they say", exposed)
@@ -56,12 +55,7 @@ def endpoints(config: zenoh.Config, side: str) -> list[str]:
 def is_loopback(locator: str) -> bool:
     """Return whether a locator such as ``tcp/127.0.0.1:7461`` is on this machine alone."""
     protocol, host, _ = split(locator)
-    if protocol in _LOCAL_PROTOCOLS or host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
+    return protocol in _LOCAL_PROTOCOLS or is_loopback_host(host)
 
 
 def _has_mutual_tls(config: zenoh.Config, locator: str) -> bool:

@@ -3,6 +3,7 @@
 import os
 import socket
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -12,6 +13,7 @@ from touchline.schemas.optional_packages import require
 
 if TYPE_CHECKING:  # every process starts through this command line, and few need the server
     from touchline.services.bridge.foxglove import FoxgloveConfig
+    from touchline.services.bridge.foxglove.viewer_access import ViewerAccess
     from touchline.services.bridge.gateway import GatewayConfig
 
 
@@ -39,6 +41,35 @@ class FoxgloveChoice:
             metavar="ORIGIN", help="Accept web pages of this origin, such as https://viewer.example; may be repeated."
         ),
     ] = None
+    foxglove_certificate: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="TLS certificate with its chain, PEM: viewers connect by wss:// (default beyond this machine: that of "
+            "--viewer-identity).",
+            show_default=False,
+        ),
+    ] = None
+    foxglove_key: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Private key of that certificate, PEM.", show_default=False)
+    ] = None
+    foxglove_token: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Require the token in this file, which is made if it is missing (default on a secured bus, and with "
+            "TLS beyond this machine: one in the folder of keys).",
+            show_default=False,
+        ),
+    ] = None
+    viewer_identity: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="Identity in whose name viewers command on a secured bus (default with --secure: viewer.main).",
+            show_default=False,
+        ),
+    ] = ""
     clock: Annotated[
         bool, typer.Option("--clock", help="Publish the first robot's sim time as /clock to viewers and ROS 2 nodes.")
     ] = False
@@ -55,6 +86,10 @@ class FoxgloveChoice:
                 ("--foxglove-listen", self.foxglove_listen),
                 ("--foxglove-orders", self.foxglove_orders),
                 ("--foxglove-origin", self.foxglove_origin),
+                ("--foxglove-certificate", self.foxglove_certificate),
+                ("--foxglove-key", self.foxglove_key),
+                ("--foxglove-token", self.foxglove_token),
+                ("--viewer-identity", self.viewer_identity),
             )
             for option, given in beside:
                 if given:
@@ -63,8 +98,16 @@ class FoxgloveChoice:
         require("foxglove", "--foxglove")
         from touchline.services.bridge.foxglove import DEFAULT_ADDRESS, FoxgloveConfig
 
-        address, origins = self.foxglove_listen or DEFAULT_ADDRESS, tuple(self.foxglove_origin or ())
-        return FoxgloveConfig(address, self.clock, self.foxglove_orders, origins)
+        return FoxgloveConfig(
+            self.foxglove_listen or DEFAULT_ADDRESS,
+            self.clock,
+            self.foxglove_orders,
+            tuple(self.foxglove_origin or ()),
+            self.foxglove_certificate and self.foxglove_certificate.absolute(),
+            self.foxglove_key and self.foxglove_key.absolute(),
+            self.foxglove_token and self.foxglove_token.absolute(),
+            self.viewer_identity,
+        )
 
     def check_free(self) -> None:
         """Refuse an address that is in use, before anything is started.
@@ -82,13 +125,18 @@ class FoxgloveChoice:
             problem = f"is {server.address}, where it cannot listen ({os.strerror(error.errno or 0)})"
             raise SpecError("command line", "--foxglove-listen", problem, "give another address") from error
 
-    def notice(self) -> str:
-        """Return a line for the user with the server's address; empty without the server."""
+    def notice(self, access: "ViewerAccess") -> str:
+        """Return a line for the user with the server's address; empty without the server.
+
+        Args:
+            access: Requirements of the server for viewers.
+        """
         server = self.server()
         if server is None:
             return ""
+        host, _, port = server.address.rpartition(":")
         allowed = "" if server.orders else " (read-only; --foxglove-orders lets them command)"
-        return f"Foxglove and Lichtblick find it at {server.url}{allowed}"
+        return f"Foxglove and Lichtblick find it at {access.url(host, int(port))}{access.hint()}{allowed}"
 
     def with_clock(self, gateway: "GatewayConfig | None") -> "GatewayConfig | None":
         """Return the gateway to ROS 2, if any, with the clock if requested.

@@ -9,8 +9,8 @@ from typing import Any, get_type_hints
 import typer
 from typer.models import CommandInfo
 
-from touchline.cli.bus_options import with_bus_options
-from touchline.cli.overview import ON_BUS
+from touchline.cli.bus_options import with_bus_options, with_network_option
+from touchline.cli.overview import ON_BUS, ON_DASK
 from touchline.cli.verbosity import with_verbosity
 
 
@@ -61,5 +61,5 @@ def in_panel(app: typer.Typer, name: str) -> None:
 
 def _add_common(command: CommandInfo, name: str) -> None:
     if command.callback is not None:
-        own = with_bus_options(command.callback) if name in ON_BUS else command.callback
-        command.callback = with_verbosity(own)
+        added = with_bus_options if name in ON_BUS else with_network_option if name in ON_DASK else lambda own: own
+        command.callback = with_verbosity(added(command.callback))

@@ -63,6 +63,8 @@ ON_BUS = frozenset(
         *(name for names in PANELS["Processes, each alone"].values() for name in names),
     )
 )
+#: Those of the others whose work Dask's workers may do.
+ON_DASK = frozenset(("sweep", "check"))
 
 
 def bare() -> typer.Typer:

@@ -44,6 +44,30 @@ class Ros2Choice:
         ),
     ] = ""
 
+    ros2_topics: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PATTERN",
+            help="Publish only topics whose names match, such as `odometry/*`; may be repeated.",
+        ),
+    ] = None
+    ros2_services: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PATTERN",
+            help="Offer only services whose names match, such as `traversal/estop`; may be repeated (default on a "
+            "secured bus: those that change nothing).",
+        ),
+    ] = None
+    gateway_identity: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="Identity in whose name ROS 2 nodes command on a secured bus (default with --secure: gateway.main).",
+            show_default=False,
+        ),
+    ] = ""
+
     def notice(self, robots: Sequence[str]) -> str:
         """Return lines for the user on how ROS 2 nodes connect; empty without the gateway.
 
@@ -71,7 +95,14 @@ class Ros2Choice:
         """
         listen, connect = self.ros2_listen, self.ros2_connect
         if not self.ros2:
-            given = {"--ros2-listen": listen, "--ros2-connect": connect, "--ros-namespace": self.ros_namespace}
+            given = {
+                "--ros2-listen": listen,
+                "--ros2-connect": connect,
+                "--ros-namespace": self.ros_namespace,
+                "--ros2-topics": ", ".join(self.ros2_topics or ()),
+                "--ros2-services": ", ".join(self.ros2_services or ()),
+                "--gateway-identity": self.gateway_identity,
+            }
             for name, value in given.items():
                 if value:
                     raise SpecError("command line", name, f"is {value!r}", "give --ros2, too")
@@ -82,4 +113,11 @@ class Ros2Choice:
         from touchline.services.bridge.gateway import GatewayConfig
 
         endpoint = Ros2Endpoint(connect, listen=False) if connect else Ros2Endpoint(listen or DEFAULT_ENDPOINT)
-        return GatewayConfig(endpoint, self.ros_domain, self.ros_namespace)
+        return GatewayConfig(
+            endpoint,
+            self.ros_domain,
+            self.ros_namespace,
+            topics=tuple(self.ros2_topics or ()),
+            services=tuple(self.ros2_services or ()),
+            identity=self.gateway_identity,
+        )

@@ -2,8 +2,8 @@
 
 import sys
 from contextlib import nullcontext
-from dataclasses import asdict, astuple, dataclass
-from typing import Annotated, Any
+from dataclasses import asdict, astuple, dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
@@ -37,6 +37,11 @@ from touchline.supervision.running_system import only_one, running_pid, stop_run
 from touchline.supervision.secured_system import renewed, system_identities
 from touchline.supervision.shutdown import until_stopped
 from touchline.supervision.temporary_system import ProcessOptions, local_system, publish_notices, severity_of
+
+if TYPE_CHECKING:  # few systems have these doors
+    from touchline.services.bridge.foxglove import FoxgloveConfig
+    from touchline.services.bridge.foxglove.viewer_access import ViewerAccess
+    from touchline.services.bridge.gateway import GatewayConfig
 
 _STOP_TIMEOUT_S = 20.0
 _LOOK_S = 0.5
@@ -73,14 +78,19 @@ def up(
 
     config = BusConfig.from_environment()
     viewers.check_free()
-    shown = [config for config in (viewers.with_clock(ros.gateway()), viewers.server()) if config is not None]
+    gateway, server = viewers.with_clock(ros.gateway()), viewers.server()
     robots = robot.chosen_robots(fleet, config.namespaces)
     identities = system_identities(list(robots)) if secure else {}
     if identities:
         config = BusConfig(identities[Role.SUPERVISOR].access.router)
+        if gateway is not None:
+            gateway = replace(gateway, identity=gateway.identity or str(identities[Role.GATEWAY].folder))
+        if server is not None:
+            server = replace(server, identity=server.identity or str(identities[Role.VIEWER].folder))
     elif not apart:
         check_together(robots)
     config = config.of(*robots)
+    access = _access(gateway, server, config.as_identity(identities.get(Role.SUPERVISOR) or config.identity))
     speed_factor(speed)  # refused here rather than by a process that would be restarted again and again
     with (
         until_stopped() as stop,
@@ -90,7 +100,7 @@ def up(
             config,
             ProcessOptions(
                 ["--speed", speed],
-                [each for one in shown for each in one.arguments()],
+                [each for one in (gateway, server) if one is not None for each in one.arguments()],
                 recordings,
                 apart,
                 logs=logs,
@@ -106,11 +116,33 @@ def up(
             which = f" with {', '.join(robots)}" if len(robots) > 1 else ""
             console = f"`touchline tui{f' --identity {identities[Role.OPERATOR].name}' if identities else ''}`"
             say(f"Touchline is up on {config.endpoint}{which}; open a console with {console}, stop with Ctrl-C")
-            for where in (ros.notice(config.namespaces), viewers.notice()):
+            for where in (ros.notice(config.namespaces), viewers.notice(access) if access is not None else ""):
                 if where:
                     say(where)
         publish_notices(system, lambda: bool(stop), lambda notice: print_event(severity_of(notice), notice.text))
     say("Touchline is down")
+
+
+def _access(
+    gateway: "GatewayConfig | None", server: "FoxgloveConfig | None", config: BusConfig
+) -> "ViewerAccess | None":
+    """Check the doors of the bridge before anything is started, and return the requirements for viewers.
+
+    Args:
+        gateway: Gateway to ROS 2, if any.
+        server: Server of viewers, if any.
+        config: The bus.
+
+    Raises:
+        SpecError: One is open to the network without protection, or its options do not suit the bus.
+    """
+    if gateway is not None:
+        gateway.checked(config)
+    if server is None:
+        return None
+    from touchline.services.bridge.foxglove.viewer_access import ViewerAccess
+
+    return ViewerAccess.of(server, config)
 
 
 def down(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:

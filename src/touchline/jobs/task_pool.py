@@ -7,10 +7,12 @@ import logging
 import os
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import CancelledError
+from dataclasses import dataclass
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
 from touchline.schemas.errors import TouchlineError
+from touchline.security.identity import Identity
 from touchline.supervision.worker_process import WorkerLost, WorkerProcess
 
 Shared = TypeVar("Shared")
@@ -142,10 +144,27 @@ class _Pool:
             worker.end()
 
 
+@dataclass(frozen=True)
+class DaskScheduler:
+    """Scheduler of Dask, whose workers need this version of Touchline.
+
+    Attributes:
+        address: ``tls://scheduler:8786``, or ``tcp://…`` without TLS.
+        identity: By whose certificate the scheduler admits this process; None without TLS, or with Dask's own settings.
+    """
+
+    address: str
+    identity: Identity | None = None
+
+
 def on_dask(
-    work: Work[Shared, Task, Done], shared: Shared, tasks: Sequence[Task], address: str, lost: Lost[Task, Done]
+    work: Work[Shared, Task, Done],
+    shared: Shared,
+    tasks: Sequence[Task],
+    scheduler: DaskScheduler,
+    lost: Lost[Task, Done],
 ) -> Generator[Done, None, None]:
-    """Perform the tasks on the workers of the Dask scheduler at ``address``, which need this version of Touchline.
+    """Perform the tasks on the workers of a Dask scheduler.
 
     Dask gives the task of a worker that died to another one; `lost` is for tasks that killed several.
 
@@ -153,21 +172,29 @@ def on_dask(
         work: Function that does a task.
         shared: Data shared by all tasks.
         tasks: The tasks.
-        address: Address of the scheduler.
+        scheduler: The scheduler.
         lost: Result of a task that killed several workers.
 
     Raises:
         TouchlineError: The scheduler does not answer, or not any more.
     """
-    from distributed import Client, KilledWorker
+    from distributed import Client, KilledWorker, Security
     from distributed import as_completed as completed
 
     for name in ("distributed", "distributed.client"):
         logging.getLogger(name).setLevel(logging.CRITICAL)  # errors report what matters
+    address, identity, security = scheduler.address, scheduler.identity, None
+    if identity is not None:
+        security = Security(
+            require_encryption=True,
+            tls_ca_file=str(identity.authority),
+            tls_client_cert=str(identity.certificate),
+            tls_client_key=str(identity.key),
+        )
     try:
-        client = Client(address, timeout=f"{_ANSWER_S}s")
+        client = Client(address, timeout=f"{_ANSWER_S}s", security=security)
     except (OSError, ValueError, TypeError) as error:  # the last one is for tls:// without certificates
-        raise TouchlineError(f"no Dask scheduler answers at {address}: {error}") from error
+        raise TouchlineError(f"no Dask scheduler answers at {address}: {_with_cause(error)}") from error
     with client:
         there = client.scatter([shared], broadcast=True)[0]
         futures = client.map(_on_worker, list(tasks), work=work, shared=there, pure=False)
@@ -182,6 +209,14 @@ def on_dask(
             raise TouchlineError(f"the Dask scheduler at {address} is gone") from error
         finally:
             client.cancel(futures)
+
+
+def _with_cause(error: BaseException) -> str:
+    """Return an error's text, and in brackets that of its first cause, such as a certificate that is not trusted."""
+    first = error
+    while first.__cause__ is not None:
+        first = first.__cause__
+    return f"{error}" if first is error else f"{error} ({first})"
 
 
 def _on_worker(task: Task, work: Work[Shared, Task, Done], shared: Shared) -> Done:

@@ -48,8 +48,8 @@ DEFAULT_LIFE: Final = timedelta(days=30)
 LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")
 _MAIN: Final = "main"
 _LONGEST_USER: Final = 32
-#: Those whose members others connect to.
-_LISTENING: Final = (Role.ROUTER, Role.ROBOT)
+#: Those whose members others connect to; to a viewer's, viewers with TLS.
+_LISTENING: Final = (Role.ROUTER, Role.ROBOT, Role.VIEWER)
 #: Processes of a system beside its robots and its operator.
 _PROCESSES: Final = (
     Role.ROUTER,
