@@ -79,7 +79,7 @@ def test_more_than_loopback_is_refused_or_said_aloud(tmp_path, bus_config, caplo
     path.write_text("{scouting: {multicast: {enabled: true}}}")
     exposed = BusConfig(endpoint=bus_config.endpoint, config_file=path)
     with (
-        pytest.raises(TouchlineError, match="multicast scouting is on.*--open-to-network"),
+        pytest.raises(TouchlineError, match=r"multicast scouting is on.*--open-to-network"),
         Bus.open("bridge", exposed),
     ):
         pass

@@ -20,7 +20,7 @@ from touchline.security.key_files import check_private, make_private_folder, rea
 from touchline.services.bridge.door_identity import door_identity
 from touchline.services.bridge.foxglove.viewer_address import FoxgloveConfig
 
-_TOKEN_FILE: Final = "viewers.token"
+_FILE_NAME: Final = "viewers.token"
 _TOKEN_BYTES: Final = 24
 #: What needs no escape in a URL, and is not guessed.
 _TOKEN: Final = re.compile(r"[A-Za-z0-9_-]{16,256}")
@@ -68,7 +68,7 @@ class ViewerAccess:
         token_file = config.token
         if token_file is None and (secured or (remote and certificate is not None)):
             make_private_folder(keys_folder())
-            token_file = keys_folder() / _TOKEN_FILE
+            token_file = keys_folder() / _FILE_NAME
         access = cls(identity, certificate, key, token_file, _token_in(token_file) if token_file is not None else "")
         access.check_tls()
         return access

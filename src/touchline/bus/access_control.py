@@ -32,7 +32,7 @@ _ALL_MESSAGES: Final = (
     *("liveliness_token", "liveliness_query", "declare_liveliness_subscriber"),
 )
 _DOOR_SERVICES: Final = (*(service for service in SERVICES if service.urgent), diagnostics_service(ROBOT_SIM))
-"""What a robot serves at its own door."""
+"""Services at a robot's own door."""
 
 
 def router_rules(members: Sequence[Member]) -> dict[str, Any]:

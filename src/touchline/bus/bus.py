@@ -18,7 +18,6 @@ from touchline.bus.claim import claim
 from touchline.bus.common_settings import PATIENCE_S
 from touchline.bus.config import BusConfig, Door
 from touchline.bus.counters import Counters
-from touchline.bus.gate import Gate
 from touchline.bus.identity_check import check_identity
 from touchline.bus.inbox import Inbox
 from touchline.bus.joining import join, join_at_door, leave
@@ -28,6 +27,7 @@ from touchline.bus.presence import Presence, token_prefix
 from touchline.bus.publisher import Publisher
 from touchline.bus.replies import Replies
 from touchline.bus.roster import Roster
+from touchline.bus.service_gate import ServiceGate
 from touchline.bus.trusted_sessions import TrustedSessions
 from touchline.schemas.topics import SERVING, Request, Response, Service, Topic
 
@@ -60,7 +60,7 @@ class Bus:
         self._trusted = TrustedSessions(self.presence)
         self._replies = Replies()
         self._caller = config.identity.name if config.identity is not None else ""
-        self._gate = Gate(node, config)
+        self._gate = ServiceGate(node, config)
         self._door: OwnDoor | None = None
         self._others: list[Bus] = []
         self._token = self._declare_token(session)

@@ -14,8 +14,8 @@ import zenoh
 from zenoh import handlers
 
 from touchline.bus.counters import Counters
-from touchline.bus.gate import REFUSED, Gate
 from touchline.bus.replies import Lane, Replies
+from touchline.bus.service_gate import REFUSED, ServiceGate
 from touchline.schemas.cdr import decode, encode, first_string
 from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.topics import Request, Response, Service
@@ -118,7 +118,7 @@ class Server(Generic[Request, Response]):
         service: Service[Request, Response],
         counters: Counters,
         replies: Replies,
-        gate: Gate,
+        gate: ServiceGate,
     ) -> None:
         """Declare the queryable; use :meth:`touchline.bus.Bus.serve`."""
         self.service = service

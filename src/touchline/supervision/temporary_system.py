@@ -4,7 +4,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -181,40 +181,42 @@ def local_system(
     config = (config or BusConfig(endpoint=f"{protocol}/127.0.0.1:{free_port()}")).of(*robots)
     if identities:
         config = config.as_identity(identities[topics.ROLE_OF_NODE[join_as]])
-    recordings = (options.recordings or Path()).absolute()
-    with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
-        state = Path(folder)
-        children = _robot_children(robots, options, state, lasting=lasting)
-        if topics.PLANNER not in options.without:
-            children.append(Child(topics.PLANNER, ["planner", "--robots", _robots(robots, state)], _PATIENCE_S))
-        if topics.BRIDGE not in options.without:
-            command = ["bridge", *options.bridge, "--recordings", str(recordings)]
-            beside = (topics.TEAM_NAMESPACE,) if options.coordinator is not None else ()
-            children.append(Child(topics.BRIDGE, command, _PATIENCE_S, beside=beside))
+    with tempfile.TemporaryDirectory(prefix="touchline-") as folder, ExitStack() as stack:
+        children = _children(robots, options, Path(folder), lasting=lasting)
+        supervisor = Supervisor(children, config, Path(folder), (options.logs or log_folder()).absolute())
+        stack.callback(supervisor.stop)
+        _start_router(supervisor)
+        # The bus before the other processes: an unusable endpoint is reported before anything is started.
+        buses = stack.enter_context(Bus.open_all(join_as, config))
+        stack.callback(supervisor.stop)  # while their messages are still heard here
+        supervisor.start()
+        health = [HealthReporter(bus) for bus in buses] if join_as == topics.SUPERVISOR else []
+        presences = {bus.namespace: bus.presence() for bus in buses}
         if options.coordinator is not None:
-            command = ["coordinator", *options.coordinator]
-            children.append(Child(topics.COORDINATOR, command, _PATIENCE_S, topics.TEAM_NAMESPACE))
-        if identities:
-            children = [Child(Role.ROUTER, ["router"], _ROBOT_PATIENCE_S, carries_all=True), *children]
-            for child in children:
-                child.identity = child.identity or identities[topics.ROLE_OF_NODE.get(child.node, child.node)]
-        supervisor = Supervisor(children, config, state, (options.logs or log_folder()).absolute())
-        try:
-            _start_router(supervisor)
-            # The bus before the other processes: an unusable endpoint is reported before anything is started.
-            with Bus.open_all(join_as, config) as buses:
-                supervisor.start()
-                try:
-                    health = [HealthReporter(bus) for bus in buses] if join_as == topics.SUPERVISOR else []
-                    presences = {bus.namespace: bus.presence() for bus in buses}
-                    if options.coordinator is not None:
-                        presences[topics.TEAM_NAMESPACE] = buses[0].of(topics.TEAM_NAMESPACE).presence()
-                    serving = [node for node in topics.SERVING if node not in options.without]
-                    yield LocalSystem(buses, supervisor, presences, serving, health)
-                finally:
-                    supervisor.stop()  # while their messages are still heard here
-        finally:
-            supervisor.stop()
+            presences[topics.TEAM_NAMESPACE] = buses[0].of(topics.TEAM_NAMESPACE).presence()
+        serving = [node for node in topics.SERVING if node not in options.without]
+        yield LocalSystem(buses, supervisor, presences, serving, health)
+
+
+def _children(robots: Mapping[str, Setup], options: ProcessOptions, folder: Path, *, lasting: bool) -> list[Child]:
+    """Return all processes, a secured system's router first; none has been started."""
+    children = _robot_children(robots, options, folder, lasting=lasting)
+    if topics.PLANNER not in options.without:
+        children.append(Child(topics.PLANNER, ["planner", "--robots", _robots(robots, folder)], _PATIENCE_S))
+    if topics.BRIDGE not in options.without:
+        recordings = (options.recordings or Path()).absolute()
+        command = ["bridge", *options.bridge, "--recordings", str(recordings)]
+        beside = (topics.TEAM_NAMESPACE,) if options.coordinator is not None else ()
+        children.append(Child(topics.BRIDGE, command, _PATIENCE_S, beside=beside))
+    if options.coordinator is not None:
+        command = ["coordinator", *options.coordinator]
+        children.append(Child(topics.COORDINATOR, command, _PATIENCE_S, topics.TEAM_NAMESPACE))
+    if options.identities:
+        children.insert(0, Child(Role.ROUTER, ["router"], _ROBOT_PATIENCE_S, carries_all=True))
+        for child in children:
+            if child.identity is None:
+                child.identity = options.identities[topics.ROLE_OF_NODE.get(child.node, child.node)]
+    return children
 
 
 def _start_router(supervisor: Supervisor) -> None:

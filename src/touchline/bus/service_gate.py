@@ -1,4 +1,4 @@
-"""Gate before the services of a process: who may ask for what, and the audit log of what was ordered."""
+"""ServiceGate before the services of a process: who may ask for what, and the audit log of what was ordered."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ REFUSED: Final = "refused: "
 """Beginning of the reason for which a caller's role does not admit a request."""
 
 
-class Gate:
-    """Gate of one robot's services in a process. On an open bus it is open: nobody knows who asks.
+class ServiceGate:
+    """ServiceGate of one robot's services in a process. On an open bus it is open: nobody knows who asks.
 
     Args:
         node: Name of the process.
