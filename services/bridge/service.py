@@ -12,7 +12,7 @@ from touchline.recordings.recorder import Existing, RecordingReport
 from touchline.schemas import topics
 from touchline.services.bridge.active_recording import ActiveRecording
 from touchline.services.bridge.door_identity import buses_as
-from touchline.services.bridge.foxglove import FoxgloveConfig, serve_viewers
+from touchline.services.bridge.foxglove import FoxgloveConfig, ViewerAccess, serve_viewers
 from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_urgent
 from touchline.services.bridge.recording_folder import RecordingFolder
 from touchline.services.bridge.recording_service import BridgeService
@@ -54,6 +54,7 @@ def run_service(
     """
     config = config or BusConfig.from_environment()
     gateway_identity = ros2.checked(config) if ros2 is not None else None
+    access = ViewerAccess.of(foxglove, config) if foxglove is not None else None
     folder = RecordingFolder(recordings or Path.cwd(), existing, config.identity)
     switch_threads_soon()
     with (
@@ -76,7 +77,7 @@ def run_service(
             stack.enter_context(passing_urgent(gateways))
         viewers = None
         if foxglove is not None:
-            viewers = stack.enter_context(serve_viewers(buses, foxglove, lambda: stop.asked))
+            viewers = stack.enter_context(serve_viewers(buses, foxglove, access, lambda: stop.asked))
             sys.stderr.write(f"viewers (Foxglove, Lichtblick) find {', '.join(names)} at {viewers.url_hint}\n")
         active_recording = ActiveRecording(config, folder.path, supervisor)
         service = BridgeService(buses, folder, gateways, stop.beat, active_recording, viewers)

@@ -28,8 +28,7 @@ from touchline.schemas.topics import Service
 from touchline.security.authority import CertificateAuthority, issued_for_system
 from touchline.security.identity import Identity
 from touchline.services.bridge.door_identity import buses_as
-from touchline.services.bridge.foxglove import FoxgloveConfig, serve_viewers
-from touchline.services.bridge.foxglove.viewer_access import ViewerAccess
+from touchline.services.bridge.foxglove import FoxgloveConfig, ViewerAccess, serve_viewers
 from touchline.services.bridge.gateway import Gateway, GatewayConfig
 from touchline.services.bridge.rmw_zenoh import RosNode, gid
 

@@ -8,22 +8,27 @@ from typing import TYPE_CHECKING
 
 from touchline.bus import Bus
 from touchline.schemas.optional_packages import require
+from touchline.services.bridge.foxglove.viewer_access import ViewerAccess
 from touchline.services.bridge.foxglove.viewer_address import DEFAULT_ADDRESS, FoxgloveConfig
 
 if TYPE_CHECKING:
     from touchline.services.bridge.foxglove.robot_viewers import Viewers
 
-__all__ = ["DEFAULT_ADDRESS", "FoxgloveConfig", "serve_viewers"]
+__all__ = ["DEFAULT_ADDRESS", "FoxgloveConfig", "ViewerAccess", "serve_viewers"]
 
 
 def serve_viewers(
-    buses: Sequence[Bus], config: FoxgloveConfig, stop: Callable[[], object] = lambda: False
+    buses: Sequence[Bus],
+    config: FoxgloveConfig,
+    access: ViewerAccess | None = None,
+    stop: Callable[[], object] = lambda: False,
 ) -> AbstractContextManager[Viewers]:
     """Serve viewers until the context is left.
 
     Args:
         buses: Bus of each robot.
         config: Address and permissions.
+        access: Requirements for viewers; by default those of `config` on this bus.
         stop: Waiting for an absent router ends when this returns true.
 
     Raises:
@@ -33,4 +38,4 @@ def serve_viewers(
     require("foxglove", "--foxglove")
     from touchline.services.bridge.foxglove.robot_viewers import Viewers
 
-    return Viewers.open(buses, config, stop)
+    return Viewers.open(buses, config, access or ViewerAccess.of(config, buses[0].config), stop)

@@ -73,9 +73,10 @@ class Viewers:
 
     @classmethod
     @contextmanager
-    def open(cls, buses: Sequence[Bus], config: FoxgloveConfig, stop: Callable[[], object]) -> Iterator[Self]:
+    def open(
+        cls, buses: Sequence[Bus], config: FoxgloveConfig, access: ViewerAccess, stop: Callable[[], object]
+    ) -> Iterator[Self]:
         """Serve viewers until the context is left; see `serve_viewers`."""
-        access = ViewerAccess.of(config, buses[0].config)
         with buses_as(access.identity, buses, stop) as asking:
             viewers = cls(buses, asking, config, access)
             try:

@@ -12,8 +12,7 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.optional_packages import require
 
 if TYPE_CHECKING:  # every process starts through this command line, and few need the server
-    from touchline.services.bridge.foxglove import FoxgloveConfig
-    from touchline.services.bridge.foxglove.viewer_access import ViewerAccess
+    from touchline.services.bridge.foxglove import FoxgloveConfig, ViewerAccess
     from touchline.services.bridge.gateway import GatewayConfig
 
 

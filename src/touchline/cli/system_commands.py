@@ -39,8 +39,7 @@ from touchline.supervision.shutdown import until_stopped
 from touchline.supervision.temporary_system import ProcessOptions, local_system, publish_notices, severity_of
 
 if TYPE_CHECKING:  # few systems have these doors
-    from touchline.services.bridge.foxglove import FoxgloveConfig
-    from touchline.services.bridge.foxglove.viewer_access import ViewerAccess
+    from touchline.services.bridge.foxglove import FoxgloveConfig, ViewerAccess
     from touchline.services.bridge.gateway import GatewayConfig
 
 _STOP_TIMEOUT_S = 20.0
@@ -140,7 +139,7 @@ def _access(
         gateway.checked(config)
     if server is None:
         return None
-    from touchline.services.bridge.foxglove.viewer_access import ViewerAccess
+    from touchline.services.bridge.foxglove import ViewerAccess
 
     return ViewerAccess.of(server, config)
 
