@@ -137,7 +137,8 @@ class SqliteFile:
                     read += 1
                     self.at_bytes = self._size_bytes * read // max(int(self._count), 1)
                     known = self._kinds.get(number)
-                    if known is None or not isinstance(time_ns, int) or not isinstance(data, bytes):
+                    timed = isinstance(time_ns, int) and time_ns >= 0
+                    if known is None or not timed or not isinstance(data, bytes):
                         unnamed += 1
                         continue
                     held_bytes += len(data)
@@ -153,7 +154,7 @@ class SqliteFile:
                 self._summary.lose(Loss(f"{_reason(error)}, after message {read:,} of {self._path.name}", lost))
                 self._summary.ending = NO_END
         if unnamed:
-            self._summary.lose(Loss(f"of a topic that {self._path.name} does not describe", unnamed))
+            self._summary.lose(Loss(f"of a topic that {self._path.name} does not describe, or without a time", unnamed))
 
 
 def _reason(error: Exception) -> str:
