@@ -16,7 +16,6 @@ class Role(StrEnum):
     ROBOT = "robot"
     PLANNER = "planner"
     BRIDGE = "bridge"
-    RECORDER = "recorder"
     OPERATOR = "operator"
     OBSERVER = "observer"
     SUPERVISOR = "supervisor"

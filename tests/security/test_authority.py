@@ -270,7 +270,7 @@ def test_a_whole_system_has_identities_from_nothing_and_keeps_them(
     first = issued_for_system(folder, ["tt2", "field/tt3"])
     assert first["field/tt3"].name == "robot.field.tt3"
     assert first[Role.PLANNER].name == "planner.main"
-    assert {each.role for each in first.values()} == set(Role) - {Role.OBSERVER}
+    assert {each.role for each in first.values()} == set(Role)
     assert issued_for_system(folder, ["tt2", "field/tt3"]) == first
     assert issued_for_system(folder, ["tt4"])["tt4"].access.number == first["tt2"].access.number + 1
     with pytest.raises(SpecError, match="'planner'; give a robot another name"):

@@ -25,8 +25,8 @@ def recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     CertificateAuthority.create(keys_folder())
     with CertificateAuthority.changing(keys_folder()) as authority:
-        authority.issue([authority.new_member(Role.RECORDER, "main")])
-    recorder = Recorder(tmp_path / "a.mcap", signer=Identity.load("recorder.main"))
+        authority.issue([authority.new_member(Role.BRIDGE, "main")])
+    recorder = Recorder(tmp_path / "a.mcap", signer=Identity.load("bridge.main"))
     for number, (topic, message) in enumerate(messages(200)):
         recorder.write(topic.name, encode(message), number)
     return recorder.finish().path
@@ -39,7 +39,7 @@ def info(*options: str | Path) -> Result:
 def test_a_recording_is_verified_with_the_authority_of_the_keys(recording: Path) -> None:
     found = info(recording, "--verify")
     assert found.exit_code == 0, found.output
-    assert "as recorded by recorder.main" in found.stdout and "sealed to the end" in found.stdout
+    assert "as recorded by bridge.main" in found.stdout and "sealed to the end" in found.stdout
     figures = json.loads(info(recording, "--verify", "--json").stdout)
     (file,) = figures["verification"]["files"]
     assert figures["verification"]["verdict"] == file["verdict"] == "as recorded"

@@ -60,13 +60,13 @@ def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("keys")
     CertificateAuthority.create(folder)
     with CertificateAuthority.changing(folder) as authority:
-        authority.issue([authority.new_member(Role.RECORDER, "main"), authority.new_member(Role.OBSERVER, "anna")])
+        authority.issue([authority.new_member(Role.BRIDGE, "main"), authority.new_member(Role.OBSERVER, "anna")])
     return folder
 
 
 @pytest.fixture(scope="module")
 def signer(keys: Path) -> Identity:
-    return Identity.load(keys / "identities" / "recorder.main")
+    return Identity.load(keys / "identities" / "bridge.main")
 
 
 def trusting(keys: Path) -> SignatureCheck:
@@ -114,10 +114,10 @@ def seals(data: bytes) -> list[tuple[int, int]]:
 
 def test_a_recording_is_as_recorded(original: Path, verified: Verified) -> None:
     found = verified(original)
-    assert (found.verdict, found.signer, found.until_s) == (SealVerdict.AS_RECORDED, "recorder.main", 4.99)
+    assert (found.verdict, found.signer, found.until_s) == (SealVerdict.AS_RECORDED, "bridge.main", 4.99)
     held = read_summary(original)
     assert found.messages == held.messages and not held.problem and held.complete
-    assert found.text == f"as recorded by recorder.main, {found.messages:,} messages, sealed to the end"
+    assert found.text == f"as recorded by bridge.main, {found.messages:,} messages, sealed to the end"
     assert len(seals(original.read_bytes())) >= 6  # the first, one each second, the last
     assert not any(SEAL in name for name in held.metadata)
 
@@ -235,7 +235,7 @@ def test_other_authorities_and_other_roles_are_not_trusted(
     assert verify_recording(original, trusting(tmp_path / "other")).verdict is SealVerdict.NOT_TRUSTED
     observer = Identity.load(keys / "identities" / "observer.anna")
     found = verified(recorder_of(tmp_path / "a.mcap", observer).finish().path)
-    assert found.verdict is SealVerdict.NOT_TRUSTED and "observer.anna, who is no recorder" in found.text
+    assert found.verdict is SealVerdict.NOT_TRUSTED and "observer.anna, who records nothing" in found.text
 
 
 @dataclass
@@ -349,7 +349,7 @@ def test_the_description_is_enough_to_verify_a_file(original: Path, keys: Path) 
             if b"certificate" in values:
                 certificate = load_pem_x509_certificate(values[b"certificate"])
                 certificate.verify_directly_issued_by(authority)
-                assert certificate.subject.rfc4514_string() == "CN=recorder.main"
+                assert certificate.subject.rfc4514_string() == "CN=bridge.main"
                 key = certificate.public_key()
             assert isinstance(key, EllipticCurvePublicKey)
             signed = b"touchline signature 1: data\0" + values[b"seal"]

@@ -18,7 +18,6 @@ from touchline.schemas.roles import Role
 #: Raises `TouchlineError` unless the signature (third) of data (second) is by the certificate's key (first) and that of
 #: the trusted authority; returns the signer's name.
 SignatureCheck = Callable[[bytes, bytes, bytes], str]
-_RECORDERS: Final = (Role.RECORDER, Role.BRIDGE)
 _SPANS_SHOWN: Final = 3
 
 
@@ -162,8 +161,8 @@ class _Walk:
             raise Damage("the first seal, which has the signer's certificate, is missing or damaged")
         self.untrusted = self.first is None
         signer = self.check(certificate, record.text, record.signature)
-        if signer.split(".")[0] not in _RECORDERS:
-            raise TouchlineError(f"it is signed by {signer}, who is no recorder")
+        if signer.partition(".")[0] != Role.BRIDGE:
+            raise TouchlineError(f"it is signed by {signer}, who records nothing")
         self.untrusted = False
         seal = Seal.parse(record.text)
         last = self.last

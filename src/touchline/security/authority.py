@@ -57,7 +57,6 @@ _PROCESSES: Final = (
     Role.BRIDGE,
     Role.SUPERVISOR,
     Role.COORDINATOR,
-    Role.RECORDER,
     Role.GATEWAY,
     Role.OBSERVER,
     Role.VIEWER,
