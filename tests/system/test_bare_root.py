@@ -138,12 +138,14 @@ def machine(tmp_path: Path) -> Iterator[Machine]:
 @pytest.mark.full
 @pytest.mark.timeout(3600)
 def test_a_bare_machine_runs_the_units_after_the_guide(machine: Machine) -> None:
-    install, _, enable = commands("Install")
+    install, issue, place, enable = commands("Install")
     machine.done(install, PIP_NO_INDEX="1", PIP_FIND_LINKS="/root/wheels")
+    machine.done(issue)
+    machine.done(place.replace("bridge.main", "bridge.main robot.r1 robot.r2"))
     machine.done("systemctl log-level warning")
-    [address] = re.findall(r"^TOUCHLINE_ENDPOINT=tcp/(.*):", GUIDE, re.M)
     network = ["nsenter", f"--target={machine._init()}", "--net"]
-    subprocess.run([*network, "ip", "address", "add", f"{address}/24", "dev", "lo"], check=True)
+    for address in re.findall(r"(?:tls/|--host )(10[\d.]+)", issue):
+        subprocess.run([*network, "ip", "address", "add", f"{address}/24", "dev", "lo"], check=True)
     machine.done(enable + "systemctl enable --now touchline-robot@r2")
     assert [machine.shown(unit)["ActiveState"] for unit in UNITS] == ["active"] * len(UNITS)
 

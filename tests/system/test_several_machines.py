@@ -6,6 +6,7 @@ import re
 import select
 import shlex
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -15,6 +16,9 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+
+from touchline.schemas.roles import Role
+from touchline.security.authority import CertificateAuthority
 
 UNITS = Path(__file__).parents[2] / "deploy" / "systemd"
 MACHINES = ("router", "planner", "bridge", "r1", "r2", "operator")
@@ -32,13 +36,8 @@ def settings(unit: str) -> Mapping[str, str]:
     return parser["Service"]
 
 
-def variables(text: str) -> dict[str, str]:
-    """Variables of an environment file."""
-    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
-    return dict(line.split("=", 1) for line in lines)
-
-
-ENVIRONMENT = variables((UNITS / "touchline.env").read_text())
+#: Address of the first machine, the router's.
+NET, FIRST, PORT = "10.9.0", 1, 7461
 
 
 class Machines:
@@ -48,14 +47,22 @@ class Machines:
         self.folder = folder
         self._stack = stack
         self._holders = {name: self._hold() for name in ("switch", *MACHINES)}
-        first, port = ENVIRONMENT["TOUCHLINE_ENDPOINT"].removeprefix("tcp/").split(":")
-        net, _, host = first.rpartition(".")
-        assert port.isdigit()
         self._ip("switch", "link add br0 type bridge", "link set br0 up")
-        for number, name in enumerate(MACHINES, int(host)):
+        for number, name in enumerate(MACHINES, FIRST):
             self._ip("switch", f"link add {name} type veth peer name eth0 netns {self._holders[name]}")
             self._ip("switch", f"link set {name} master br0 up")
-            self._ip(name, "link set lo up", f"addr add {net}.{number}/24 dev eth0", "link set eth0 up")
+            self._ip(name, "link set lo up", f"addr add {NET}.{number}/24 dev eth0", "link set eth0 up")
+
+        self._issue()
+
+    def _issue(self) -> None:
+        """Make the identities; all machines see the same folder."""
+        authority = CertificateAuthority.create(self.folder / "touchline" / "keys", f"tls/{NET}.{FIRST}:{PORT}")
+        for role, name in ((Role.PLANNER, "main"), (Role.BRIDGE, "main"), (Role.OPERATOR, "anna")):
+            authority.issue([authority.new_member(role, name)])
+        for name in ("r1", "r2"):
+            host = f"{NET}.{FIRST + MACHINES.index(name)}"
+            authority.issue([authority.new_member(Role.ROBOT, name, [host])])
 
     def _hold(self) -> int:
         """Process that holds a namespace, which vanishes with it."""
@@ -81,14 +88,14 @@ class Machines:
 
     def start(self, unit: str, machine: str) -> "Service":
         """Start a unit; with an `@` as the instance of this name."""
-        given, specifiers = settings(unit), {"%I": machine, "%S": str(self.folder), "%t": str(self.folder / machine)}
+        given, specifiers = settings(unit), {"%i": machine, "%S": str(self.folder), "%t": str(self.folder / machine)}
         specifiers["%C"] = os.environ.get("XDG_CACHE_HOME", str(Path.home() / ".cache"))
 
         def filled(text: str) -> str:
             return re.sub("%.", lambda found: specifiers[found[0]], text)
 
-        assert given["EnvironmentFile"] == "/etc/touchline/touchline.env"
-        command = shlex.split(filled(given["ExecStart"]).replace(INSTALLED, HERE))
+        identities = str(self.folder / "touchline" / "keys" / "identities")
+        command = filled(given["ExecStart"]).replace("/etc/touchline/identities", identities)
         environment = dict(each.split("=", 1) for each in filled(given["Environment"]).split())
         for folder in (self.folder / "touchline" / "recordings", self.folder / machine):
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -96,7 +103,7 @@ class Machines:
         ready.bind(str(self.folder / machine / "notify"))
         with (self.folder / f"{machine}.journal").open("wb") as output:
             process = subprocess.Popen(
-                [*self.on(machine), *command],
+                [*self.on(machine), *shlex.split(command.replace(INSTALLED, HERE))],
                 env={**self.environment(), **environment, "NOTIFY_SOCKET": ready.getsockname()},
                 cwd=self.folder,
                 stdin=subprocess.DEVNULL,
@@ -108,18 +115,14 @@ class Machines:
         return Service(process, ready, self.folder / f"{machine}.journal")
 
     def environment(self) -> dict[str, str]:
-        """Variables of the shipped file, with the settings of the bus that ship beside it."""
-        shipped = {
-            **ENVIRONMENT,
-            "TOUCHLINE_ZENOH_CONFIG": str(UNITS / Path(ENVIRONMENT["TOUCHLINE_ZENOH_CONFIG"]).name),
-        }
-        return {**os.environ, **shipped, "COLUMNS": "200"}
+        """Variables of all processes."""
+        return {**os.environ, "XDG_CONFIG_HOME": str(self.folder), "COLUMNS": "200"}
 
     def operator(self, *arguments: str) -> "subprocess.Popen[str]":
         """Start a command on the operator's machine."""
         process = subprocess.Popen(
             [*self.on("operator"), HERE, *arguments],
-            env=self.environment(),
+            env={**self.environment(), "TOUCHLINE_IDENTITY": "operator.anna"},
             cwd=self.folder,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -151,6 +154,10 @@ class Service:
         """Everything that it has logged so far."""
         assert self._process.poll() is None, self._journal.read_text()
         return self._journal.read_text()
+
+    def freeze(self, frozen: bool) -> None:
+        """Stop the process, or let it go on."""
+        self._process.send_signal(signal.SIGSTOP if frozen else signal.SIGCONT)
 
     def stop(self) -> int:
         """Exit code after SIGTERM."""
@@ -192,6 +199,12 @@ def test_a_job_a_stop_and_a_cut_cable(machines: Machines) -> None:
     machines.cable("r2", "up")
     wait_for(lambda: _stopped(machines) == {"r1", "r2"}, services["r2"].said)
     assert "r2: emergency-stopped" in services["r2"].said()
+
+    machines.operator("order", "reset", "--robot", "r1").communicate(timeout=60.0)
+    services["router"].freeze(True)
+    assert _stopped(machines) == {"r1", "r2"}  # at their own doors
+    services["router"].freeze(False)
+    wait_for(lambda: services["r1"].said().count("r1: emergency-stopped") == 2, services["r1"].said)
     assert [service.stop() for service in services.values()] == [0] * len(services)
 
 
@@ -208,8 +221,6 @@ def test_systemd_can_read_the_units(tmp_path: Path) -> None:
     command = tmp_path / INSTALLED.removeprefix("/")
     command.parent.mkdir(parents=True)
     command.touch(0o755)
-    (tmp_path / "usr" / "bin").mkdir(parents=True)
-    (tmp_path / "usr" / "bin" / "env").touch(0o755)
     units = tmp_path / "etc" / "systemd" / "system"
     shutil.copytree(UNITS, units)
     for target in ("sysinit", "basic", "shutdown", "network-online", "multi-user"):

@@ -89,10 +89,11 @@ class BusConfig:
 
     @classmethod
     def from_environment(cls, robots: Sequence[str] = ()) -> Self:
-        """Return the configuration in ``TOUCHLINE_ENDPOINT``, ``TOUCHLINE_NAMESPACE`` and ``TOUCHLINE_ZENOH_CONFIG``.
+        """Return the configuration in the environment: the variables of `touchline.schemas.bus_variables`.
 
         Args:
-            robots: Namespaces in place of the comma-separated ones of the environment.
+            robots: Namespaces in place of the comma-separated ones of the environment; without either, those that an
+                identity may act for.
 
         Raises:
             SpecError: One of them cannot be used.
@@ -100,10 +101,10 @@ class BusConfig:
         file, name = os.environ.get(CONFIG_VARIABLE), os.environ.get(IDENTITY_VARIABLE)
         identity = Identity.load(name) if name else None
         meeting = identity.access.router if identity is not None else DEFAULT_ENDPOINT
-        own = identity.namespace if identity is not None and identity.namespace else DEFAULT_NAMESPACE
+        own = identity.robots if identity is not None else ()
         return cls(
             endpoint=os.environ.get(ENDPOINT_VARIABLE, meeting),
-            namespaces=tuple(robots) or named_robots() or (own,),
+            namespaces=tuple(robots) or named_robots() or own or (DEFAULT_NAMESPACE,),
             config_file=Path(file) if file else None,
             identity=identity,
         )

@@ -62,6 +62,12 @@ class Identity:
         """File of the authority's certificate."""
         return self.folder / AUTHORITY_FILE
 
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """Namespaces of the robots that it may act for: a robot's own, or all on the access list."""
+        all_robots = tuple(member.namespace for member in self.access.members if member.role is Role.ROBOT)
+        return (self.namespace,) if self.namespace else all_robots
+
     @classmethod
     def load(cls, path_or_name: str | Path) -> Self:
         """Return the identity in a folder.
