@@ -117,7 +117,7 @@ def main(speed: float = 20.0, seconds: float = 15.0, template: str = "soccer-11"
     with ExitStack() as stack:
         if tls:
             identity = identity_in(Path(stack.enter_context(TemporaryDirectory())))
-            options += ["--foxglove-certificate", str(identity.certificate), "--foxglove-key", str(identity.key)]
+            options += ["--foxglove-cert", str(identity.certificate), "--foxglove-key", str(identity.key)]
             url, context = f"wss://{address}", ssl.create_default_context(cafile=identity.authority)
         system = stack.enter_context(running_system(speed, options=options))
         bus = stack.enter_context(Bus.open(topics.OPERATOR, system.config))

@@ -159,6 +159,6 @@ def test_what_is_no_origin_is_refused_with_an_example() -> None:
     assert config.arguments()[3:] == [
         "--foxglove-orders",
         *("--foxglove-origin", "https://a.example", "--foxglove-origin", "https://b.example"),
-        *("--foxglove-certificate", "/a", "--foxglove-key", "/b", "--foxglove-token", "/c"),
+        *("--foxglove-cert", "/a", "--foxglove-key", "/b", "--foxglove-token", "/c"),
         *("--viewer-identity", "viewer.a"),
     ]

@@ -228,7 +228,7 @@ def test_files_that_protect_nothing_are_refused(secured: Secured, tmp_path: Path
     ):
         with pytest.raises(SpecError, match=named):
             ViewerAccess.of(config, BusConfig())
-    with pytest.raises(SpecError, match="--foxglove-key is given without --foxglove-certificate"):
+    with pytest.raises(SpecError, match="--foxglove-key is given without --foxglove-cert"):
         FoxgloveConfig(key=key)
     assert ViewerAccess.of(FoxgloveConfig(token=mine), BusConfig()).token == mine.read_text().strip()
     with pytest.MonkeyPatch.context() as patch:

@@ -107,7 +107,7 @@ class ViewerAccess:
         except OSError as error:
             problem = f"{self.certificate} and {self.key} make no TLS ({error.strerror or error})"
             remedy = "give a certificate with its chain and its unencrypted private key, both PEM"
-            raise SpecError("command line", "--foxglove-certificate", problem, remedy) from error
+            raise SpecError("command line", "--foxglove-cert", problem, remedy) from error
 
 
 def _token_in(path: Path) -> str:
@@ -124,7 +124,7 @@ def _token_in(path: Path) -> str:
 
 def _exposed(config: FoxgloveConfig, *, secured: bool) -> SpecError:
     problem = f"is {config.address}, which other machines reach, without TLS"
-    own = "--foxglove-certificate FILE and --foxglove-key FILE"
+    own = "--foxglove-cert FILE and --foxglove-key FILE"
     remedy = (
         f"give --viewer-identity NAME (touchline keys issue viewer NAME --host ADDRESS), or {own}"
         if secured

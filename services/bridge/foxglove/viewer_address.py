@@ -51,7 +51,7 @@ class FoxgloveConfig:
                 remedy = "give it as browsers send it, such as https://viewer.example or http://viewer.example:8080"
                 raise SpecError("command line", "--foxglove-origin", f"is {origin!r}", remedy)
         if (self.certificate is None) != (self.key is None):
-            given, other = "--foxglove-certificate", "--foxglove-key"
+            given, other = "--foxglove-cert", "--foxglove-key"
             if self.certificate is None:
                 given, other = other, given
             raise SpecError("command line", given, f"is given without {other}", f"give {other}, too")
@@ -70,7 +70,7 @@ class FoxgloveConfig:
         """Options that pass this to ``touchline bridge``."""
         flags = [*(["--clock"] if self.clock else []), *(["--foxglove-orders"] if self.orders else [])]
         options = {
-            "--foxglove-certificate": self.certificate,
+            "--foxglove-cert": self.certificate,
             "--foxglove-key": self.key,
             "--foxglove-token": self.token,
             "--viewer-identity": self.identity,

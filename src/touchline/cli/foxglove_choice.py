@@ -40,7 +40,7 @@ class FoxgloveChoice:
             metavar="ORIGIN", help="Accept web pages of this origin, such as https://viewer.example; may be repeated."
         ),
     ] = None
-    foxglove_certificate: Annotated[
+    foxglove_cert: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
@@ -85,7 +85,7 @@ class FoxgloveChoice:
                 ("--foxglove-listen", self.foxglove_listen),
                 ("--foxglove-orders", self.foxglove_orders),
                 ("--foxglove-origin", self.foxglove_origin),
-                ("--foxglove-certificate", self.foxglove_certificate),
+                ("--foxglove-cert", self.foxglove_cert),
                 ("--foxglove-key", self.foxglove_key),
                 ("--foxglove-token", self.foxglove_token),
                 ("--viewer-identity", self.viewer_identity),
@@ -102,7 +102,7 @@ class FoxgloveChoice:
             self.clock,
             self.foxglove_orders,
             tuple(self.foxglove_origin or ()),
-            self.foxglove_certificate and self.foxglove_certificate.absolute(),
+            self.foxglove_cert and self.foxglove_cert.absolute(),
             self.foxglove_key and self.foxglove_key.absolute(),
             self.foxglove_token and self.foxglove_token.absolute(),
             self.viewer_identity,
