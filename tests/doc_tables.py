@@ -18,12 +18,14 @@ import annotated_types
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from touchline.schemas import topics
 from touchline.schemas.catalogue import shipped_templates
 from touchline.schemas.faults import fault_models
 from touchline.schemas.fields import FIELDS, Parameter
 from touchline.schemas.fleet import FleetRobot
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.remedies import unit_of
+from touchline.schemas.roles import Role
 from touchline.schemas.scenario import Obstruction, Pose2, Scenario, Steel
 from touchline.schemas.spec import Spec
 from touchline.schemas.team import TeamScenario
@@ -214,6 +216,18 @@ def shown(parameter: Parameter) -> str:
     return json.dumps(parameter.default)
 
 
+def rights() -> str:
+    """Lay out the topic table's roles."""
+    publishing = [(f"`{topic.name}`", roles(topic.publishers), "") for topic in topics.TOPICS]
+    serving = [(f"`{each.name}`", roles(each.servers), roles(each.callers)) for each in topics.ALL_SERVICES]
+    return table(("topic or service", "publishes or serves", "may ask"), [*publishing, *serving])
+
+
+def roles(some: frozenset[Role]) -> str:
+    """Write roles in the order of their definition."""
+    return "*all*" if some == topics.ANYBODY else ", ".join(role for role in Role if role in some)
+
+
 TABLES: Final[Mapping[str, Callable[[], str]]] = {
     "onboard": onboard,
     "scenario": scenario,
@@ -224,6 +238,7 @@ TABLES: Final[Mapping[str, Callable[[], str]]] = {
     "team": lambda: fields(TeamScenario),
     "template": template,
     "template-parameters": template_parameters,
+    "rights": rights,
 }
 
 
