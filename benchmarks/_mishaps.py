@@ -17,6 +17,7 @@ from benchmarks._stranger_roles import SPEED_VARIABLE
 from benchmarks._strangers import AT_ONCE, KINDS, stranger
 from benchmarks._system import System
 from touchline.schemas import topics
+from touchline.schemas.roles import Role
 
 NOTHING: Final = "none"
 _SIGNALS: Final = {"freeze": signal.SIGSTOP, "kill": signal.SIGKILL, "restart": signal.SIGTERM}
@@ -27,6 +28,8 @@ LOADS: Final = (
     *(f"{deed}-{node}" for deed in _SIGNALS for node in NODES),
     f"freeze-{topics.SUPERVISOR}",
 )
+SECURED_LOADS: Final = (*LOADS, *(f"{deed}-{Role.ROUTER}" for deed in _SIGNALS))
+"""A secured system has a router, too."""
 
 
 @dataclass

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from touchline.schemas import topics
+from touchline.schemas.roles import Role
 
 NODES: Final = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
-_NAMED: Final = (*NODES, topics.COORDINATOR)
+_NAMED: Final = (*NODES, topics.COORDINATOR, Role.ROUTER)
 _PROC: Final = Path("/proc")
 _PAGE_BYTES: Final = resource.getpagesize()
 

@@ -17,20 +17,25 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Final
 
 import zenoh
 from zenoh import handlers
 
+from touchline.bus.caller import asked_key
+from touchline.bus.common_settings import PATIENCE_S
 from touchline.bus.config import DEFAULT_ENDPOINT
+from touchline.bus.secured_settings import secured_client
 from touchline.schemas import messages as m
 from touchline.schemas import topics
-from touchline.schemas.bus_variables import ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
+from touchline.schemas.bus_variables import ENDPOINT_VARIABLE, IDENTITY_VARIABLE, NAMESPACE_VARIABLE
 from touchline.schemas.cdr import encode
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Actuation, Trajectory
 from touchline.schemas.trajectories import assemble, segment, velocity
+from touchline.security.identity import Identity
 
 SPEED_VARIABLE: Final = "TOUCHLINE_STRANGER_SPEED"
 """What a flood of `simulation/set_speed` asks for."""
@@ -82,8 +87,22 @@ def peer(endpoint: str) -> zenoh.Session:
     return zenoh.open(config)
 
 
+@cache
+def _observer() -> Identity | None:
+    """Return the identity of an observer, who may hear everything and order nothing; None on an open bus."""
+    operator = os.environ.get(IDENTITY_VARIABLE)
+    return Identity.load(Path(operator).parent / "observer.main") if operator else None
+
+
 def _session() -> zenoh.Session:
-    return peer(_ENDPOINT)
+    observer = _observer()
+    return zenoh.open(secured_client(observer, _ENDPOINT, PATIENCE_S)) if observer else peer(_ENDPOINT)
+
+
+def _asked(name: str) -> str:
+    """Return the key of a request."""
+    observer = _observer()
+    return asked_key(_key(name), observer.name if observer else "")
 
 
 def _key(name: str) -> str:
@@ -121,7 +140,7 @@ def _flood(names: list[str], payload: bytes) -> None:
 
 def _ask(session: zenoh.Session, name: str, payload: bytes) -> None:
     session.get(
-        _key(name),
+        _asked(name),
         lambda _reply: None,
         payload=payload,
         encoding=zenoh.Encoding("application/cdr"),

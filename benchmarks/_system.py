@@ -21,10 +21,13 @@ from touchline.bus import Bus, BusConfig
 from touchline.bus.ports import free_port
 from touchline.schemas import messages as m
 from touchline.schemas import topics
+from touchline.schemas.bus_variables import ENDPOINT_VARIABLE, IDENTITY_VARIABLE
 from touchline.schemas.catalogue import template_text
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import Trajectory, TraversalStatus
+from touchline.schemas.roles import Role
 from touchline.schemas.topics import Service
+from touchline.security.authority import CertificateAuthority, issued_for_system
 
 COMMAND: Final = (sys.executable, "-m", "touchline")
 ROS_DOMAIN: Final = 42
@@ -87,7 +90,12 @@ class System:
 
 @contextmanager
 def running_system(
-    speed: float = 1.0, *, ros2: bool = False, keep: Path | None = None, options: Sequence[str] = ()
+    speed: float = 1.0,
+    *,
+    ros2: bool = False,
+    keep: Path | None = None,
+    options: Sequence[str] = (),
+    secured: bool = False,
 ) -> Iterator[System]:
     """Start a system with a separate bus and folders, wait until it is ready, and end it.
 
@@ -96,13 +104,14 @@ def running_system(
         ros2: Whether it is visible to ROS 2.
         keep: Folder for strangers' payloads that take long to make.
         options: Further options of `touchline up`.
+        secured: Whether it is a secured system, whose strangers have the identity of an observer.
     """
     with tempfile.TemporaryDirectory(prefix="touchline-bench-") as name:
         folder = Path(name)
-        config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
-        places = {"XDG_STATE_HOME": "state", "XDG_RUNTIME_DIR": "run"}
+        config = _secured(folder) if secured else BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
+        places = {"XDG_STATE_HOME": "state", "XDG_RUNTIME_DIR": "run", "XDG_CONFIG_HOME": "config"}
         for place in (*places.values(), "recordings"):
-            (folder / place).mkdir(mode=0o700)
+            (folder / place).mkdir(mode=0o700, exist_ok=True)
         environment = {
             **config.environment(),
             **{variable: str(folder / place) for variable, place in places.items()},
@@ -112,9 +121,13 @@ def running_system(
         gateway = ["--ros2", "--ros2-listen", f"tcp/127.0.0.1:{port}", "--ros-domain", str(ROS_DOMAIN)] if ros2 else []
         with (folder / "up.log").open("wb") as log:
             supervisor = subprocess.Popen(
-                [*COMMAND, "up", "--speed", f"{speed:g}", *gateway, *options],
+                [*COMMAND, "up", "--speed", f"{speed:g}", *gateway, *options, *(["--secure"] if secured else [])],
                 cwd=folder / "recordings",
-                env={**os.environ, **environment},
+                env={
+                    **os.environ,
+                    **environment,
+                    **({IDENTITY_VARIABLE: "", ENDPOINT_VARIABLE: ""} if secured else {}),
+                },
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
@@ -125,6 +138,14 @@ def running_system(
                 yield system
             finally:
                 _end(system)
+
+
+def _secured(folder: Path) -> BusConfig:
+    """Make keys, and return the bus configuration of the operator."""
+    keys = folder / "config" / "touchline" / "keys"
+    CertificateAuthority.create(keys, f"tls/127.0.0.1:{free_port()}")
+    identities = issued_for_system(keys, [topics.DEFAULT_NAMESPACE])
+    return BusConfig(identities[Role.OPERATOR].access.router, identity=identities[Role.OPERATOR])
 
 
 def _end(system: System) -> None:

@@ -2,7 +2,7 @@
 
 `python -m benchmarks stops`; `runs` is the number of stops, `seed` that of the first, `loads`, `channels` and
 `templates` restrict them to those named (with commas), `json_file` is for every stop's figures, `slack` multiplies the
-bounds. Ends with exit code 1 if any stop was missed.
+bounds; `secured=true` for a secured system. Ends with exit code 1 if any stop was missed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from benchmarks._mishaps import LOADS, NOTHING, Mishap, mishap
+from benchmarks._mishaps import LOADS, NOTHING, SECURED_LOADS, Mishap, mishap
 from benchmarks._observer import Observer
 from benchmarks._processes import NODES
 from benchmarks._recordings import verdict
@@ -95,9 +95,11 @@ def main(
     templates: str = "soccer-11,soccer-11,soccer-7",
     slack: float = 1.0,
     json_file: str = "",
+    secured: bool = False,
 ) -> None:
     """Stop the robot the given number of times, and print the figures."""
-    asked = _Stops(_named("loads", loads, LOADS), _named("channels", channels, CHANNELS), templates.split(","), slack)
+    named = _named("loads", loads, SECURED_LOADS if secured else LOADS)
+    asked = _Stops(named, _named("channels", channels, CHANNELS), templates.split(","), slack, secured)
     begun = time.monotonic()
     stops = list(random_stops(range(seed, seed + runs), asked))
     _print(stops, time.monotonic() - begun)
@@ -108,12 +110,13 @@ def main(
 
 
 class _Stops(NamedTuple):
-    """Channels, loads, templates, and the factor on the bounds."""
+    """Channels, loads, templates, the factor on the bounds, and whether the system is a secured one."""
 
     loads: Sequence[str]
     channels: Sequence[str]
     templates: Sequence[str]
     slack: float
+    secured: bool
 
 
 def _named(setting: str, text: str, known: Sequence[str]) -> list[str]:
@@ -128,7 +131,8 @@ def random_stops(numbers: Iterable[int], asked: _Stops) -> Iterable[Stop]:
     waiting = list(numbers)
     with tempfile.TemporaryDirectory(prefix="touchline-bench-") as keep:
         while waiting:
-            with running_system(ros2="ros2" in asked.channels, keep=Path(keep)) as system, ExitStack() as stack:
+            ros2 = "ros2" in asked.channels
+            with running_system(ros2=ros2, keep=Path(keep), secured=asked.secured) as system, ExitStack() as stack:
                 try:
                     rig = _Rig(system, stack, asked)
                     while waiting:

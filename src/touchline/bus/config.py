@@ -103,7 +103,7 @@ class BusConfig:
         meeting = identity.access.router if identity is not None else DEFAULT_ENDPOINT
         own = identity.robots if identity is not None else ()
         return cls(
-            endpoint=os.environ.get(ENDPOINT_VARIABLE, meeting),
+            endpoint=os.environ.get(ENDPOINT_VARIABLE) or meeting,
             namespaces=tuple(robots) or named_robots() or own or (DEFAULT_NAMESPACE,),
             config_file=Path(file) if file else None,
             identity=identity,

@@ -62,8 +62,8 @@ class ServiceGate:
         return f"{REFUSED}{caller} may not ask for {service.name}; that takes the role {need}"
 
     def notes(self, service: Service[Any, Any]) -> bool:
-        """Return whether requests are noted: what anybody may ask for changes nothing."""
-        return self._secured and service.callers != ANYBODY
+        """Return whether requests are noted: what anybody may ask for, or robots alone, is no order."""
+        return self._secured and service.callers not in (ANYBODY, {Role.ROBOT})
 
     def note(self, caller: str, service: Service[Any, Any], answer: OrderAnswer, text: str) -> None:
         """Write an order and its answer to the audit log, if the service is noted.
