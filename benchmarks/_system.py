@@ -119,15 +119,12 @@ def running_system(
         }
         port = free_port()
         gateway = ["--ros2", "--ros2-listen", f"tcp/127.0.0.1:{port}", "--ros-domain", str(ROS_DOMAIN)] if ros2 else []
+        own = {IDENTITY_VARIABLE: "", ENDPOINT_VARIABLE: ""} if secured else {}
         with (folder / "up.log").open("wb") as log:
             supervisor = subprocess.Popen(
                 [*COMMAND, "up", "--speed", f"{speed:g}", *gateway, *options, *(["--secure"] if secured else [])],
                 cwd=folder / "recordings",
-                env={
-                    **os.environ,
-                    **environment,
-                    **({IDENTITY_VARIABLE: "", ENDPOINT_VARIABLE: ""} if secured else {}),
-                },
+                env={**os.environ, **environment, **own},
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,

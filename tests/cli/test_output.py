@@ -16,6 +16,7 @@ from touchline.schemas.messages import Event
 WITHOUT_JSON = {
     *("planner", "bridge", "coordinator", "router", "robot-sim", "tui", "up", "picture"),
     *("vehicle", "onboard", "fleet team", "fleet robots", "templates text", "templates import"),
+    *("keys init", "keys issue", "keys renew", "keys revoke"),
 }
 
 

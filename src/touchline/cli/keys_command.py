@@ -10,7 +10,8 @@ import typer
 from rich.markup import escape
 from rich.table import Column, Table
 
-from touchline.cli.display import print_event, print_line, print_table, say
+from touchline.cli.display import print_event, print_json, print_line, print_table, say
+from touchline.cli.options import JsonOption
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Event
 from touchline.schemas.roles import Role
@@ -125,19 +126,27 @@ def revoke(
         _tell_whom_to_give_the_list(authority)
 
 
-def list_(folder: FolderOption = None) -> None:
+def list_(folder: FolderOption = None, as_json: JsonOption = False) -> None:
     """List the identities, and when they expire."""
     from touchline.security.authority import CertificateAuthority
     from touchline.security.certificates import shown
 
     authority = CertificateAuthority(_folder(folder))
+    rows = [
+        *(
+            (each.name, each.role, ", ".join(each.hosts), _validity(authority, each))
+            for each in authority.access.members
+        ),
+        *((name, name.partition(".")[0], "", "revoked") for name in authority.access.revoked),
+    ]
+    if as_json:
+        print_json([dict(zip(("name", "role", "hosts", "valid_until"), row, strict=True)) for row in rows])
+        return
     ends, number = shown(authority.certificate.not_valid_after_utc), authority.access.number
     title = f"certificate authority {_fingerprint(authority)}, valid until {ends}; access list {number}"
     table = Table(Column("name", no_wrap=True), "role", "hosts", "valid until", title=title, title_justify="left")
-    for member in authority.access.members:
-        table.add_row(member.name, member.role, escape(", ".join(member.hosts)), escape(_validity(authority, member)))
-    for name in authority.access.revoked:
-        table.add_row(name, name.partition(".")[0], "", "revoked")
+    for row in rows:
+        table.add_row(*map(escape, row))
     print_table(table)
 
 
