@@ -40,8 +40,9 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse, read_text
 from touchline.schemas.team import TeamScenario
 from touchline.schemas.wellformed import Wellformed
-from touchline.services.bridge.foxglove.origin_guard import refusal_of
+from touchline.services.bridge.foxglove.viewer_access import ViewerAccess
 from touchline.services.bridge.foxglove.viewer_address import FoxgloveConfig
+from touchline.services.bridge.foxglove.viewer_guard import refusal_of
 from touchline.services.bridge.foxglove.viewer_server import ServedOrder, ViewerAnswers, ViewerServer
 from touchline.services.bridge.goal_route import goal_of
 
@@ -223,7 +224,7 @@ def read_settings(data: bytes) -> None:
 
 def read_handshake(data: bytes) -> None:
     """Check the handshake of a viewer."""
-    refusal_of(data, ("https://viewer.example",))
+    refusal_of(data, "localhost", ("https://viewer.example",), "token")
 
 
 def hear_viewer(data: bytes) -> None:
@@ -257,7 +258,7 @@ def _viewers() -> tuple[str, int]:
         return ServedOrder(f"/r1/{service.name}", service, answer)
 
     answers = ViewerAnswers([order(each) for each in topics.SERVICES], lambda: {"r1.name": "a"}, lambda _: None)
-    server = ViewerServer(FoxgloveConfig("127.0.0.1:0", orders=True), answers)
+    server = ViewerServer(FoxgloveConfig("127.0.0.1:0", orders=True), ViewerAccess(), answers)
     server.channel("/r1/tf", topics.TOPICS[0])
     server.restart((0, 1_000_000_000))
     return "127.0.0.1", int(server.url.rpartition(":")[2])
