@@ -23,6 +23,7 @@ from touchline.schemas.roles import Role
 from touchline.schemas.topics import STATUS
 from touchline.schemas.traversal_state import traversal_state
 from touchline.schemas.user_folders import audit_folder
+from touchline.schemas.wellformed import Wellformed
 from touchline.security.audit_log import AuditLog
 from touchline.security.identity import Identity
 
@@ -49,7 +50,7 @@ class SecuredRouter:
     def __init__(self, config: BusConfig) -> None:
         self._renewals, self._config = config.renewals(), config
         self._next: BusConfig | None = None
-        self._drove_s = -math.inf
+        self._form, self._drove_s = Wellformed(STATUS.type), -math.inf
         self._session: zenoh.Session | None = None
         settings = config.router()
         watch_refusals(AuditLog(audit_folder(), Role.ROUTER, ""), self._linked)
@@ -74,7 +75,8 @@ class SecuredRouter:
             TouchlineError: It cannot listen any more.
         """
         while (sample := self._statuses.try_recv()) is not None:
-            if traversal_state(sample.payload.to_bytes()) in _DRIVING:
+            payload = sample.payload.to_bytes()
+            if not self._form.problem(payload) and traversal_state(payload) in _DRIVING:
                 self._drove_s = time.monotonic()
         try:
             self._next = next(self._renewals) or self._next

@@ -121,6 +121,7 @@ class Supervisor:
         self._config = config
         self._folder = folder
         self._logs = logs
+        self._carried_s: float | None = None
         folder.mkdir(parents=True, exist_ok=True)
 
     def start_first(self) -> None:
@@ -166,11 +167,13 @@ class Supervisor:
         return notices
 
     def _messages_carried(self, now: float) -> bool:
-        """Return whether the others can be heard: a router that was frozen or away says nothing of them."""
+        """Return whether the others can be heard: a router that was frozen or away says nothing of them for a while."""
         carriers = [child for child in self.children if child.carries_all]
-        return all(
-            each.process is not None and not each.hangs and now - each.started_at > _UNREACHABLE_S for each in carriers
-        )
+        if not all(each.process is not None and not each.hangs for each in carriers) or not self.carries:
+            self._carried_s = None
+        elif self._carried_s is None:
+            self._carried_s = now
+        return not carriers or (self._carried_s is not None and now - self._carried_s > _UNREACHABLE_S)
 
     def pid(self, node: str, robot: str = "") -> int | None:
         """Return the process id of ``node``, or of that robot's, if it runs."""
