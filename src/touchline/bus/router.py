@@ -10,8 +10,13 @@ from touchline.bus.secured_router import SecuredRouter
 
 
 @contextmanager
-def open_router(config: BusConfig) -> Iterator[Callable[[], None]]:
+def open_router(config: BusConfig, *, alone: bool = False) -> Iterator[Callable[[], None]]:
     """Route at the meeting point of a bus until the context is left.
+
+    Args:
+        config: Bus configuration.
+        alone: Whether this process does nothing else, so that its standard output can be taken for Zenoh's log, by
+            which a secured router notes what it refuses.
 
     Yields:
         A function to be called now and then: a secured router takes over new certificates and access lists in it.
@@ -21,7 +26,7 @@ def open_router(config: BusConfig) -> Iterator[Callable[[], None]]:
         TouchlineError: It cannot listen there, or other machines could reach an open bus.
     """
     if config.identity is not None:
-        router = SecuredRouter(config)
+        router = SecuredRouter(config, alone=alone)
         try:
             yield router.poll
         finally:

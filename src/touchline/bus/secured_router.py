@@ -41,19 +41,21 @@ class SecuredRouter:
 
     Args:
         config: Bus configuration with the router's identity.
+        alone: As for `touchline.bus.router.open_router`.
 
     Raises:
         SpecError: The identity is not a router's.
         TouchlineError: It cannot listen there.
     """
 
-    def __init__(self, config: BusConfig) -> None:
+    def __init__(self, config: BusConfig, *, alone: bool) -> None:
         self._renewals, self._config = config.renewals(), config
         self._next: BusConfig | None = None
         self._form, self._drove_s = Wellformed(STATUS.type), -math.inf
         self._session: zenoh.Session | None = None
         settings = config.router()
-        watch_refusals(AuditLog(audit_folder(), Role.ROUTER, ""), self._linked)
+        if alone:
+            watch_refusals(AuditLog(audit_folder(), Role.ROUTER, ""), self._linked)
         self._open(settings)
 
     def _open(self, settings: zenoh.Config) -> None:

@@ -146,7 +146,7 @@ def router(logs: LogsOption = None, supervisor: SupervisorOption = None) -> None
     from touchline.supervision.shutdown import until_stopped
 
     config = BusConfig.from_environment()
-    with service_log("router", (), logs), until_stopped(supervisor) as stop, open_router(config) as poll:
+    with service_log("router", (), logs), until_stopped(supervisor) as stop, open_router(config, alone=True) as poll:
         logging.getLogger(__name__).info("listens on %s", config.endpoint)
         while not stop:
             poll()
