@@ -15,8 +15,12 @@ from touchline.supervision.private_folder import open_private, run_folder
 
 
 def _lock_path(config: BusConfig) -> Path:
-    address = config.endpoint.partition("/")[2]  # of an open or a secured bus: there is room for one of them
-    return run_folder() / f"{_file_name(address)}-{_file_name(config.namespace)}.pid"
+    return run_folder() / f"{_bus_name(config)}-{_file_name(config.namespace)}.pid"
+
+
+def _bus_name(config: BusConfig) -> str:
+    """Return the name of an address, at which there is room for one bus, an open or a secured one."""
+    return _file_name(config.endpoint.partition("/")[2])
 
 
 def _file_name(text: str) -> str:
@@ -74,7 +78,7 @@ def running_pids(config: BusConfig, robots: Sequence[str]) -> list[int]:
     if robots:
         pids = [running_pid(config.of(robot)) for robot in robots]
     else:
-        pids = [holder_of(path) for path in run_folder().glob(f"{_file_name(config.endpoint)}-*.pid")]
+        pids = [holder_of(path) for path in run_folder().glob(f"{_bus_name(config)}-*.pid")]
     return sorted({pid for pid in pids if pid is not None})
 
 
