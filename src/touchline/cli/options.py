@@ -55,7 +55,7 @@ RobotsOption = Annotated[
     typer.Option(
         "--robots",
         metavar="FILE",
-        help="JSON file of robots: namespace, vehicle, computer and world of each, see docs/reference/robots.md.",
+        help="JSON file of robots (robots.md in docs/reference): namespace, vehicle, computer and world of each.",
     ),
 ]
 _ROBOT_HELP = "Namespace of the robot (default: $TOUCHLINE_NAMESPACE, or tt2)."
