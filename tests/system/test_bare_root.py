@@ -77,7 +77,12 @@ class Machine:
 
     def run(self, script: str, **variables: str) -> "subprocess.CompletedProcess[str]":
         """Run a shell script as root, in the folder of the wheel."""
-        told = {"PATH": "/opt/touchline/bin:/usr/sbin:/usr/bin:/sbin:/bin", "COLUMNS": "200", **variables}
+        told = {
+            "PATH": "/opt/touchline/bin:/usr/sbin:/usr/bin:/sbin:/bin",
+            "HOME": "/root",
+            "COLUMNS": "200",
+            **variables,
+        }
         inside = ["nsenter", f"--target={self._init()}", "--all", "sh", "-ec", f"cd /root/dist\n{script}"]
         return subprocess.run(inside, env=told, capture_output=True, text=True, check=False, timeout=600.0)
 
