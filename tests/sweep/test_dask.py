@@ -41,7 +41,7 @@ def address(identity: Identity) -> Iterator[str]:
         files |= {f"tls_{who}_cert": str(identity.certificate), f"tls_{who}_key": str(identity.key)}
     security = Security(require_encryption=True, **files)
     with LocalCluster(
-        n_workers=1, processes=False, dashboard_address=None, protocol="tls://", security=security
+        n_workers=1, processes=False, dashboard_address="127.0.0.1:0", protocol="tls://", security=security
     ) as cluster:
         yield cluster.scheduler_address
 

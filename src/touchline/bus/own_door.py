@@ -47,14 +47,19 @@ class OwnDoor:
             declare(self._session)
 
     def _watch(self, config: BusConfig) -> None:
-        renewals = config.renewals()
+        renewals, due = config.renewals(), None
         while not self._closed.wait(_LOOK_S):
             try:
-                if (renewed := next(renewals)) is not None:
-                    self._reopen(renewed)
+                due = next(renewals, None) or due
             except TouchlineError as error:
-                _LOG.error("the robot's own door: %s", error)
+                _LOG.error("the robot's own door stays as it is: %s", error)
                 renewals = config.renewals()
+            try:
+                if due is not None:
+                    self._reopen(due)
+                    due = None
+            except TouchlineError as error:  # the port is free once the former session's links are gone
+                _LOG.warning("%s; trying again", error)
 
     def _reopen(self, config: BusConfig) -> None:
         with self._lock:
