@@ -161,7 +161,7 @@ def wording() -> Iterator[str]:
 
 
 def secrets(text: bytes) -> list[bytes]:
-    """What looks like a key, a token or a password, the first bytes of it."""
+    """First bytes of what looks like a key, a token or a password."""
     return [found[:24] for found in SECRET.findall(text)]
 
 

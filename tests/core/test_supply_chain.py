@@ -1,4 +1,4 @@
-"""What is installed is listed and pinned, and no secret is committed."""
+"""Lists and pins of what is installed, and no committed secrets."""
 
 import json
 import re

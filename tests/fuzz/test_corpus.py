@@ -1,4 +1,4 @@
-"""What fuzzers begin with, and what they have found, is read without another error than Touchline's."""
+"""The corpora of the fuzzers, read without another error than Touchline's."""
 
 import subprocess
 import sys

@@ -158,7 +158,7 @@ def test_a_list_that_was_altered_or_is_older(anna: Identity) -> None:
 
 
 def test_a_list_that_the_authority_should_not_have_signed(authority: CertificateAuthority, anna: Identity) -> None:
-    """What another version may have written is refused with the field, not half understood."""
+    """Fields of another version are refused by name, not half understood."""
     signing = certificates.read_key((authority.folder / "authority" / "key.pem").read_bytes(), "key")
     good = anna.access.model_dump(mode="json")
     for change, says in (

@@ -27,7 +27,6 @@ class OwnDoor:
         declare: Declares in a session what is served at the door, and shows the robot's presence.
 
     Raises:
-        SpecError: The identity is not a robot's.
         TouchlineError: It cannot listen there.
     """
 

@@ -67,7 +67,7 @@ class Verification:
 
     @property
     def good(self) -> bool:
-        """Whether it is what was recorded, all of it."""
+        """True if it is what was recorded, all of it."""
         return self.verdict is SealVerdict.AS_RECORDED
 
     def as_json(self) -> dict[str, Any]:

@@ -132,7 +132,7 @@ class Supervisor:
 
     @property
     def carries(self) -> bool:
-        """Whether these have begun their work."""
+        """True once these have begun their work."""
         return all(each.heartbeat is not None and each.heartbeat.begun for each in self.children if each.carries_all)
 
     def start(self) -> None:
