@@ -128,7 +128,6 @@ class Bus:
         """Let this bus's robot be stopped at its own door; on an open bus, whose robots are peers, it is there already.
 
         Raises:
-            SpecError: This is not a robot.
             TouchlineError: It cannot listen there.
         """
         if self.config.identity is not None:

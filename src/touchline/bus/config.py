@@ -184,11 +184,7 @@ class BusConfig:
         return config
 
     def own_door(self) -> Config:
-        """Return the configuration of a robot's own door on a secured bus.
-
-        Raises:
-            SpecError: The identity is not a robot's.
-        """
+        """Return the configuration of a robot's own door on a secured bus."""
         assert self.identity is not None, "on an open bus the door is a listener of the robot's only session"
         return secured.secured_door(self.identity, self.endpoint)
 
