@@ -132,16 +132,16 @@ class ByOrder(StopChannel):
 
     _STARTED = """
 import sys, time
-import touchline.cli as cli, touchline.cli.commands, touchline.cli.order_command as orders
+import touchline.bus as bus, touchline.cli as cli, touchline.cli.commands, touchline.cli.order_command
 
-repeat = orders.repeat_until_acknowledged
+repeat = bus.repeat_until_acknowledged
 
 def noted(*arguments, **options):
     sys.stderr.write(f"{time.monotonic()}\\n")
     sys.stderr.flush()
     return repeat(*arguments, **options)
 
-orders.repeat_until_acknowledged = noted
+bus.repeat_until_acknowledged = noted
 sys.stdin.readline()
 sys.argv = ["touchline", "order", "estop"]
 cli.main()
