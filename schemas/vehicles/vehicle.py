@@ -19,6 +19,7 @@ from touchline.schemas.vehicles.differential_drive import DifferentialDrive
 from touchline.schemas.vehicles.drive_spec import DriveSpec
 from touchline.schemas.vehicles.former_vehicles import in_parts
 from touchline.schemas.vehicles.positioning import GNSS, Positioning
+from touchline.schemas.vehicles.protection import Protection
 from touchline.schemas.vehicles.sensor_spec import SensorSpec
 from touchline.schemas.vehicles.sprayer_tool import SprayerTool
 from touchline.schemas.vehicles.tool_spec import ToolSpec
@@ -41,13 +42,15 @@ class Vehicle(GrownSpec):
     tool: Tool = Field(default=SprayerTool(), validate_default=True)
     sensors: Annotated[tuple[Sensor, ...], Field(max_length=20)] = ()
     """Auxiliary sensors, recorded only if there are any."""
+    protection: Protection = Protection()
+    """Protection against contact, of a vehicle with a lidar; recorded only if it is not the default."""
 
     @model_validator(mode="before")
     @classmethod
     def _in_parts(cls, given: Any) -> Any:
         return in_parts(given)
 
-    later_fields = ("positioning", "sensors")
+    later_fields = ("positioning", "sensors", "protection")
 
     @field_validator("tool")
     @classmethod

@@ -1,0 +1,1 @@
+"""Things around the robot, from the scans of its lidars."""
