@@ -9,6 +9,8 @@ import pytest
 
 from touchline.recordings.writing import write_text
 from touchline.schemas.errors import SpecError
+from touchline.schemas.roles import Role
+from touchline.security.authority import CertificateAuthority
 
 SEGMENT = {"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}
 TWICE = {"id": "bad", "line": {"start": [0, 2], "end": [1, 2]}}
@@ -56,6 +58,17 @@ def test_what_cannot_be_done_is_refused_at_once(arguments, says, touchline):
     code, out, err = touchline(*arguments)
     assert (code, out) == (2, "")
     assert says in " ".join(err.split())
+
+
+@pytest.mark.parametrize("command", [("run", "study-square"), ("demo",), ("fleet", "run", "--robots", "2")])
+def test_an_identity_is_refused_by_what_would_start_an_open_system(command, tmp_path, monkeypatch, touchline):
+    authority = CertificateAuthority.create(tmp_path / "keys")
+    anna = authority.new_member(Role.OPERATOR, "anna")
+    authority.issue([anna])
+    monkeypatch.setenv("TOUCHLINE_IDENTITY", str(authority.folder_of(anna)))
+    code, _, err = touchline(*command)
+    assert code == 2
+    assert "has no identities" in " ".join(err.split())
 
 
 # Both commands read templates with the same function: of `run` one is enough.

@@ -1,5 +1,6 @@
 """Planner, robots and bridge as processes of this machine, on a private or given bus."""
 
+import os
 import tempfile
 import threading
 import time
@@ -13,7 +14,8 @@ from touchline.bus.health import STARTING
 from touchline.bus.ports import free_port
 from touchline.bus.presence import Presence
 from touchline.schemas import topics
-from touchline.schemas.errors import TouchlineError
+from touchline.schemas.bus_variables import IDENTITY_VARIABLE
+from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.fleet import Fleet
 from touchline.schemas.messages import DiagnosticArray, Event, Header, Time
 from touchline.schemas.roles import Role
@@ -174,7 +176,14 @@ def local_system(
             there;
             the supervisor attends to processes and publishes its health, and on a given bus its robots come back
             another time: what their journals hold, such as an emergency stop, is kept for that.
+
+    Raises:
+        SpecError: An identity is given, which the processes would not use.
     """
+    if not options.identities and os.environ.get(IDENTITY_VARIABLE):
+        problem = "is given, but what is started here has no identities: anybody on this machine could command it"
+        remedy = f"add --secure, or --robot for a robot of a system that runs; or unset {IDENTITY_VARIABLE}"
+        raise SpecError("command line", "--identity", problem, remedy)
     lasting = config is not None and join_as == topics.SUPERVISOR
     identities = options.identities
     protocol = "tls" if identities else "tcp"
