@@ -119,6 +119,8 @@ def running_system(
         }
         port = free_port()
         gateway = ["--ros2", "--ros2-listen", f"tcp/127.0.0.1:{port}", "--ros-domain", str(ROS_DOMAIN)] if ros2 else []
+        if ros2 and secured:
+            gateway += ["--ros2-services", "*"]  # by default none that commands
         own = {IDENTITY_VARIABLE: "", ENDPOINT_VARIABLE: ""} if secured else {}
         with (folder / "up.log").open("wb") as log:
             supervisor = subprocess.Popen(
