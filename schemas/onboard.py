@@ -129,8 +129,10 @@ class DriveSheet(GrownSpec):
     """Correlation time of the slip."""
     side_slip_m_rtm: Deviation = 0.001
     """Random walk sideways, 1 σ after a metre (logs of other robots: 0.02)."""
+    grip: Annotated[float, Field(ge=0.05, le=2)] = 0.6
+    """Largest braking force over the load on the driven wheels (dry grass 0.6, wet grass 0.35)."""
 
-    later_fields = ("side_slip_m_rtm",)
+    later_fields = ("side_slip_m_rtm", "grip")
 
 
 class FenceLimits(Spec):

@@ -145,8 +145,9 @@ class PauseStatus(Message):
     HAZARD: ClassVar[int] = 6
     FOLLOWER: ClassVar[int] = 7
     EMERGENCY_STOP: ClassVar[int] = 8
+    IN_THE_WAY: ClassVar[int] = 9
     header: Header = Header()
-    cause: Annotated[UInt8, Field(le=8)] = 0
+    cause: Annotated[UInt8, Field(le=9)] = 0
     source: str = ""
     ends_by_itself: bool = False
     earliest: Time = Time()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +44,7 @@ from touchline.onboard.interface import (
     Status,
 )
 from touchline.onboard.nominal_tick import CourseArrays
+from touchline.onboard.protection.protection import Blocked, Protection
 from touchline.onboard.tracking_state import HEADING_ERROR, NOZZLE_LATERAL, REFERENCE_SPEED
 from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus, Whereabouts
 from touchline.schemas.onboard import OnboardConfig
@@ -75,6 +77,9 @@ class Onboard:
         config: Follower, data sheets of the sensors, fence.
         ask: Function that calls an external follower.
         follower: Follower in place of the configured one.
+
+    Attributes:
+        protection: Protection against contact, which takes what the robot's lidars see.
     """
 
     def __init__(
@@ -89,7 +94,11 @@ class Onboard:
         follower = make_follower(config.follower, vehicle, ask, config) if follower is None else follower
         self._follower = GuardedFollower(follower, name, self._drive)
         self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
-        monitors = Monitors(self._watch, self._hazards, MoveOffRules(config.move_off, vehicle))
+        self.protection = Protection(
+            vehicle, config.drive.grip, self._drive, self._state, partial(self._log.report, WARN, "protection")
+        )
+        rules = MoveOffRules(config.move_off, vehicle, watches_all_round=self.protection.watches_all_round)
+        monitors = Monitors(self._watch, self._hazards, rules, self.protection)
         self._traversal = Traversal(vehicle, self._follower, self._estimator, monitors, self._state, self._log)
         self._auxiliary = AuxiliarySensors(vehicle, self._estimator)
         self._estimate: tuple[int, Estimate] | None = None
@@ -278,6 +287,11 @@ class Onboard:
     def take_events(self) -> list[OnboardEvent]:
         """Return and clear the events since the last call."""
         return self._log.take()
+
+    @property
+    def blocked(self) -> Blocked | None:
+        """What stands in the robot's way; None if it may move, or its lidar is silent."""
+        return self.protection.blocked
 
     @property
     def follower(self) -> Follower:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,9 @@ Integers = NDArray[np.int64]
 
 FLOW_WINDOW_TICKS = 50
 """Window over which the flow of paint is evaluated."""
+WAY_POSES: Final = 48
+"""Number of poses along the way to come at which clearance is measured."""
+NEVER_SCANNED: Final = -1_000_000
 
 
 class FrameState(Record):
@@ -273,6 +276,8 @@ class LegState(Record):
     """Reference speed along the path, negative when going back."""
     accelerate_mps2: float
     brake_mps2: float
+    limit_mps: float = math.inf
+    """Largest reference speed, for things in the way."""
     back_speed_mps: float
     back_to_m: float
     """Arc length to return to."""
@@ -284,6 +289,72 @@ class LegState(Record):
     """Share of the difference to their commands by which the actuators approach them in half a tick."""
     now: Annotated[Floats, NOW]
     """Errors, references and the robot's own motion, laid out as in `tracking_state`."""
+
+
+class WayState(Record):
+    """Clearance along the way that the robot is about to take, as of the last scan, and what it allows."""
+
+    on: bool
+    """True if the robot has a lidar and is protected."""
+    kind: int
+    """NOT_LAID, ALONG_LEG, TURN or STRAIGHT of `protection.way`."""
+    sense: float
+    """Direction of the motion: that in which arc lengths or headings grow (+1), or the other one."""
+    start: float
+    """Arc length [m] or heading [rad] of the first pose."""
+    lever_m: float
+    """In turns on the spot, distance from the origin at which way and speed are measured."""
+    horizon_m: float
+    """Length of a way."""
+    ahead_m: Annotated[Floats, WAY_POSES]
+    """Way from the first pose to each."""
+    east_m: Annotated[Floats, WAY_POSES]
+    north_m: Annotated[Floats, WAY_POSES]
+    heading_rad: Annotated[Floats, WAY_POSES]
+    clear_m: Annotated[Floats, WAY_POSES]
+    """Distance from the body at each to the nearest hit of a thing that may move, less what the body moves up to half
+    way to the next; negative: a hit inside."""
+    standing_m: Annotated[Floats, WAY_POSES]
+    """The same for things that the plan knows, which stand."""
+    slack_m: Annotated[Floats, WAY_POSES]
+    """The part that was taken off for the motion."""
+    nearest: Annotated[Integers, WAY_POSES]
+    """Index of the hit that is nearest at each pose; −1 if all are out of range."""
+    scan_tick: int = NEVER_SCANNED
+    """Tick at whose end the oldest hit was measured."""
+    error_m: float
+    """Bound on the error of the hits."""
+    stop_m: float
+    """Way from the first pose up to which the robot may come to rest; infinite if nothing is in the way."""
+    slow_m: float
+    """Way from the first pose to what may be ground, or a thing; infinite without any."""
+
+    margin_m: float
+    thing_mps: float
+    """Highest speed of a thing that is allowed for."""
+    radius_m: float
+    """Distance of the body's farthest corner from its origin."""
+    fastest_mps: float
+    """Highest speed that is asked for."""
+    planned_mps2: float
+    """Deceleration with which the robot slows down for what it has seen for long."""
+    braking_mps2: float
+    """Deceleration of a protective stop on this ground."""
+    lag_s: float
+    """Time constant of the actuators."""
+    late_ticks: int
+    """Age that hits reach before the next ones come."""
+    silent_ticks: int
+    """Age of the hits beyond which the lidar counts as silent."""
+    free_mps: float = math.inf
+    """Largest reference speed with nothing in the way; finite if the lidar does not see far enough for more."""
+
+    limit_mps: float
+    """Largest reference speed."""
+    cap_mps: float
+    """Speed above which the robot brakes as hard as in a protective stop."""
+    blocked: int
+    """Reason why the robot may not move: CLEAR, IN_THE_WAY or SILENT of `protection.way`."""
 
 
 class GuidanceState(Record):
@@ -317,6 +388,7 @@ class ComputerState(Record):
     spray: SprayState
     command: CommandState
     guidance: GuidanceState
+    way: WayState
     clock: TraversalClock
 
 

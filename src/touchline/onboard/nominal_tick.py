@@ -33,6 +33,7 @@ from touchline.onboard.executive.localization_monitor import (
 )
 from touchline.onboard.executive.sprayer import Switches, due, switch, wanted_at
 from touchline.onboard.interface import TICK_S
+from touchline.onboard.protection.way import CLEAR, hold_to_cap, watch_way
 from touchline.onboard.trajectory import path_projection as t
 from touchline.onboard.trajectory.path import FORWARD
 from touchline.onboard.trajectory.path_projection import LegArrays, track
@@ -94,6 +95,10 @@ def steer(computer: Computer, course: CourseArrays, saved: Floats) -> int:
     c = computer[0]
     if c.safety.emergency != NOTHING or c.safety.stop != NOTHING or speaks_against_driving(computer) != GOOD:
         return DECIDE
+    if c.way.on:
+        watch_way(computer)
+        if c.way.blocked != CLEAR:
+            return DECIDE
     leg = c.leg
     before = leg.arc_m, leg.piece, leg.entry, leg.speed_mps, leg.reference_m, leg.owed_s
     copy(leg.now, saved)
@@ -136,6 +141,8 @@ def actuate(twist: Floats, wanted: int, computer: Computer, course: CourseArrays
         drive_command(course.drive, twist[0], twist[1], c.leg.now, command.actuators)
     else:
         copy(twist[2:], command.actuators)
+    if c.way.on:
+        hold_to_cap(course.drive, computer, command.actuators)
     if course.sense == FORWARD:
         command.valve_after_s = switch(course.switches, computer, nozzle_m(computer), c.leg.now[tracking.SPEED])
     else:

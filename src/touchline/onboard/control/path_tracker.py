@@ -14,11 +14,12 @@ from touchline.onboard import filter_model as m
 from touchline.onboard import tracking_state as tracking
 from touchline.onboard.computer_state import Computer, ComputerState
 from touchline.onboard.control.follower import Asking, Follower, FollowerInput, PathFollower, keeps_time
-from touchline.onboard.control.turn_in_place import PATIENCE_S, Turning
+from touchline.onboard.control.turn_in_place import PATIENCE_S, TurnLimits, Turning
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.filter import Estimator, speed_now_mps
 from touchline.onboard.interface import TICK_S
+from touchline.onboard.protection.way import NOT_LAID, hold_to_cap, lay_along_leg, lay_turn
 from touchline.onboard.trajectory import path_projection as t
 from touchline.onboard.trajectory.path import SPIN, Leg
 from touchline.onboard.trajectory.smoothing import W_LENGTH, W_SEGMENT, W_START
@@ -99,6 +100,7 @@ class PathTracker:
         state, rows = self._state, self._rows
         state.arc_m, state.piece, state.speed_mps, state.end_m = leg.start_m, 0, 0.0, leg.end_m
         state.reference_m = leg.start_m
+        self._computer.way.kind = NOT_LAID
         state.pieces_end_m = rows[-1, W_START] + rows[-1, W_LENGTH] if len(rows) else leg.end_m
 
     def resume_at(self, leg: int, arc_length_m: float) -> None:
@@ -225,7 +227,7 @@ class PathTracker:
         self._state.back_to_m = back_to_m
         observe(self.drive.figures, self._computer.array)
         if self._turning is not None:
-            self._turning.step(float(estimator.state[m.HEADING]), mode == t.MODE_BRAKE, now, self._ahead)
+            self._turning.step(float(estimator.state[m.HEADING]), self._turn_limits(mode), now, self._ahead)
             self._turn_timed()
         else:
             self._track(mode)
@@ -242,7 +244,26 @@ class PathTracker:
             self._actuators[:] = actuators
         if mode == t.MODE_BRAKE:
             self._hold_back()
+        elif self._computer.way.on:
+            hold_to_cap(self.drive.figures, self._computer.array, self._actuators)
         return tuple(self._actuators.tolist())
+
+    def _turn_limits(self, mode: int) -> TurnLimits:
+        way, leg = self._computer.way, self._state
+        if not way.on:
+            return TurnLimits(mode == t.MODE_BRAKE)
+        return TurnLimits(mode == t.MODE_BRAKE, leg.brake_mps2 / way.planned_mps2, way.limit_mps / way.lever_m)
+
+    def lay_way(self, *, back: bool) -> None:
+        """Lay the way to come in the computer's state, for its clearances.
+
+        Args:
+            back: True for the way back along the leg.
+        """
+        if self._turning is not None:
+            lay_turn(self._computer.array, self._turning.left_rad)
+        else:
+            lay_along_leg(self._computer.array, self.leg_arrays, float(self.leg.sense), back)
 
     def _turn_timed(self) -> None:
         """Set the errors of a timed reference in a turn in place: it is where the robot is, at the turn's heading."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,20 @@ ARRIVED_RAD = math.radians(0.3)
 ARRIVED_RADPS = 0.05
 PATIENCE_S = 1.5
 """Time after the reference has ended, after which the next leg has to remove the remaining error."""
+
+
+class TurnLimits(NamedTuple):
+    """Limits of a turn in one tick.
+
+    Attributes:
+        brake: True to brake the turn.
+        harder: Factor on the planned deceleration when it is braked.
+        rate_radps: Largest rate, for things in the way.
+    """
+
+    brake: bool
+    harder: float = 1.0
+    rate_radps: float = math.inf
 
 
 class Turning:
@@ -64,22 +79,33 @@ class Turning:
         self._done_rad = min(max(self._done_rad + turned, 0.0), self._angle)
         self._rate = 0.0
 
-    def step(self, heading_rad: float, brake: bool, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> None:
+    @property
+    def left_rad(self) -> float:
+        """Angle that the reference has still to turn, negative to the right."""
+        return self._sign * (self._angle - self._done_rad)
+
+    def step(
+        self,
+        heading_rad: float,
+        limits: TurnLimits,
+        now: NDArray[np.float64],
+        ahead: NDArray[np.float64],
+    ) -> None:
         """Advance the reference by a tick; fill in the errors and the path ahead, as `track` does.
 
         Args:
             heading_rad: Heading of the robot.
-            brake: True to brake the turn.
+            limits: Limits of this tick.
             now: (NOW,) of `tracking_state`; its errors are filled in.
             ahead: (k, AHEAD_COLUMNS) of `path_projection`, filled in.
         """
         behind = self._sign * math.remainder(self._start_rad + self._sign * self._done_rad - heading_rad, math.tau)
-        if not brake and behind > MAX_LAG_RAD:
+        if not limits.brake and behind > MAX_LAG_RAD:
             self._rate = 0.0
         done, rate = self._done_rad, self._rate
         before = rate
         for i in range(-1, len(ahead)):
-            rate = self._next_rate(done, before, brake)
+            rate = self._next_rate(done, before, limits)
             mean = 0.5 * (before + rate)
             done = min(done + mean * TICK_S, self._angle)
             if i < 0:
@@ -92,13 +118,13 @@ class Turning:
         now[tracking.LATERAL] = now[tracking.NOZZLE_LATERAL] = now[tracking.REFERENCE_SPEED] = 0.0
         now[tracking.HEADING_ERROR] = math.remainder(heading_rad - reference, math.tau)
 
-    def _next_rate(self, done: float, rate: float, brake: bool) -> float:
+    def _next_rate(self, done: float, rate: float, limits: TurnLimits) -> float:
         step = self._turn.acceleration_radps2 * TICK_S
         left = self._angle - done
-        if brake:
-            return max(rate - step, 0.0)
+        if limits.brake:
+            return max(rate - step * limits.harder, 0.0)
         if left <= 0.0:
             return 0.0
         # From this rate the rest of the tick and braking fit into the remaining angle.
         fastest = math.sqrt(2.0 * self._turn.acceleration_radps2 * left + 0.25 * step * step) - 0.5 * step
-        return min(rate + step, self._turn.rate_radps, max(fastest, CREEP_RADPS))
+        return min(rate + step, self._turn.rate_radps, max(fastest, CREEP_RADPS), limits.rate_radps)

@@ -151,6 +151,7 @@ class OnboardDifferential(OnboardDrive):
             max(track_width_relative, _TRACK_FLOOR),
         )
         self.limit, self.reach = np.full(2, drive.max_wheel_speed_radps), np.full(2, reach_radps)
+        self.driven_share = 1.0 - drive.caster_load_share
         self.lag_share = np.full(2, 1.0 - math.exp(-TICK_S / lag_s))
         self.max_step = np.full(2, drive.max_wheel_acceleration_radps2 * TICK_S)
         self.tolerance = np.full(2, _TOLERANCE_RADPS)

@@ -47,6 +47,7 @@ class OnboardDrive(ABC):
     Attributes:
         figures: Parameters for kernels.
         lag_s: Time constant with which the actuators follow their commands.
+        driven_share: Share of the weight on what drives and brakes the vehicle.
         limit: (actuators,) largest absolute commands.
         reach: (actuators,) largest difference between a command and the actuator's present value.
         lag_share: (actuators,) share of the difference to its command by which an actuator approaches it in a tick.
@@ -65,6 +66,7 @@ class OnboardDrive(ABC):
 
     figures: Any
     lag_s: float
+    driven_share: float = 1.0
     limit: Floats
     reach: Floats
     lag_share: Floats

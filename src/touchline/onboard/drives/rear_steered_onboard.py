@@ -199,7 +199,7 @@ class OnboardRearSteered(OnboardDrive):
     def __init__(self, vehicle: Vehicle, track_width_relative: float) -> None:
         """Take the parameters of a vehicle's drive; see the base."""
         drive = self._drive = vehicle.drive
-        self.lag_s = drive.steering_time_constant_s
+        self.lag_s, self.driven_share = drive.steering_time_constant_s, drive.drum_load_share
         self.side_slip_rad_per_mps2 = drive.side_slip_rad_per_mps2
         self.lasting_errors = (None, LastingError(max(drive.steering_offset_rad, 1e-4), _OFFSET_TAU_S))
         self.move_scale, self.aim, self.horizon_ticks = (8.0, _STEERING_MOVE_RAD), _AIM, _HORIZON_TICKS

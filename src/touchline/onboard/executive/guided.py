@@ -21,6 +21,7 @@ from touchline.onboard.executive.guided_tick import GuidedCourse, drive_on, stop
 from touchline.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.onboard.executive.traversal_job import JobProgress, Step
 from touchline.onboard.interface import TICK_S, TICKS_PER_S, Command, PaintBelief
+from touchline.onboard.protection.way import lay_straight
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.onboard import TeamLimits
@@ -181,6 +182,20 @@ class GuidedDrive:
     def lateral_error_m(self) -> float:
         """Always 0: there is no path."""
         return 0.0
+
+    @property
+    def way(self) -> tuple[int, bool]:
+        """Always the same: straight ahead, as the robot would brake."""
+        return 0, False
+
+    @property
+    def returns(self) -> bool:
+        """Always False: there is no path."""
+        return False
+
+    def lay_way(self, *, back: bool) -> None:  # noqa: ARG002, there is no way back
+        """Lay the way to come in the computer's state: straight ahead."""
+        lay_straight(self._computer.array)
 
     @property
     def next_paint_m(self) -> float:

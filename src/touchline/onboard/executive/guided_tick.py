@@ -19,6 +19,7 @@ from touchline.onboard.executive.geofence import FenceArrays
 from touchline.onboard.executive.hazards import NOTHING
 from touchline.onboard.executive.localization_monitor import GOOD, speaks_against_driving
 from touchline.onboard.interface import TICK_S
+from touchline.onboard.protection.way import CLEAR, hold_to_cap, watch_way
 
 Floats = NDArray[np.float64]
 
@@ -78,16 +79,21 @@ def drive_on(computer: Computer, course: GuidedCourse) -> None:
     c, motion = computer[0], course.motion
     observe(course.drive, computer)
     look_ahead(computer, course.lag_s, motion)
-    rate, guidance = 0.0, c.guidance
+    rate, guidance, before_mps = 0.0, c.guidance, c.guidance.speed_mps
     if len(course.half_planes) == 0 or c.times.tick > course.until_tick:
-        guidance.speed_mps = max(guidance.speed_mps - course.limits.acceleration_mps2 * TICK_S, 0.0)
+        braking_mps2 = max(course.limits.acceleration_mps2, c.leg.brake_mps2)
+        guidance.speed_mps = max(guidance.speed_mps - braking_mps2 * TICK_S, 0.0)
         guidance.stands = False
     else:
         guidance.speed_mps, rate, guidance.stands = steer_in_cell(
             motion, guidance.stands, course.half_planes, course.target_m, course.limits, TICK_S
         )
     command = c.command
+    if c.way.on:  # braking on the same way is what the cell permits
+        guidance.speed_mps = min(guidance.speed_mps, max(c.way.limit_mps, before_mps - c.way.planned_mps2 * TICK_S))
     drive_command(course.drive, guidance.speed_mps, rate, c.leg.now, command.actuators)
+    if c.way.on:
+        hold_to_cap(course.drive, computer, command.actuators)
     command.valve, command.disc, command.valve_after_s = False, False, 0.0
 
 
@@ -105,6 +111,10 @@ def guide(computer: Computer, course: GuidedCourse) -> bool:
     c = computer[0]
     if c.safety.emergency != NOTHING or c.safety.stop != NOTHING or speaks_against_driving(computer) != GOOD:
         return False
+    if c.way.on:
+        watch_way(computer)
+        if c.way.blocked != CLEAR:
+            return False
     drive_on(computer, course)
     c.clock.elapsed_s += TICK_S
     return True

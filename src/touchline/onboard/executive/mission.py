@@ -206,6 +206,22 @@ class Mission:
         return self.sprayer.belief(self._nozzle_m())
 
     @property
+    def way(self) -> tuple[int, bool]:
+        """Leg that the robot is on, and whether it returns along it."""
+        return self.driver.leg_index, self._phase is MissionPhase.BACK
+
+    @property
+    def returns(self) -> bool:
+        """True if the robot, when it goes on after a stop, first returns along its path."""
+        if self._phase in (MissionPhase.ALIGN, MissionPhase.ALONG) and self.sprayer.owed_from_m is None:
+            return False
+        return self._resumed or self.sprayer.must_go_back(self._nozzle_m())
+
+    def lay_way(self, *, back: bool) -> None:
+        """Lay the way to come in the computer's state."""
+        self.driver.lay_way(back=back)
+
+    @property
     def next_paint_m(self) -> float:
         """Arc length at which work continues after a stop."""
         owed = self.sprayer.owed_from_m

@@ -26,21 +26,23 @@ class MoveOffRules:
         warning_ticks: After a pause, ticks from the start of the warning to the first in which the robot may move.
         start_warning_ticks: The same after a start.
         longest_stop_s: Longest stop that the robot ends by itself; infinite if there is no limit.
+        longest_wait_s: The same for a stop because of something in the way. Unless the configuration sets one, there is
+            no limit for a robot that sees all round: nobody can have come close to it unseen.
     """
 
-    def __init__(self, limits: MoveOffLimits, vehicle: Vehicle) -> None:
+    def __init__(self, limits: MoveOffLimits, vehicle: Vehicle, *, watches_all_round: bool = False) -> None:
         self.warning_ticks = math.ceil(limits.warning_s * TICKS_PER_S)
         self.start_warning_ticks = math.ceil(limits.start_warning_s * TICKS_PER_S)
         self.longest_stop_s = limits.person_after_s or (PERSON_AFTER_S if _hazardous(vehicle) else math.inf)
+        self.longest_wait_s = limits.person_after_s or (math.inf if watches_all_round else self.longest_stop_s)
 
-    def needs_person(self, since_tick: int, until_tick: int) -> bool:
-        """Return True if a stop is too long to end by itself.
+    def longest_s(self, *, waits: bool) -> float:
+        """Return the longest stop that the robot ends by itself [s].
 
         Args:
-            since_tick: First tick of the stop.
-            until_tick: Its end.
+            waits: True for a stop because of something in the way.
         """
-        return until_tick - since_tick > self.longest_stop_s * TICKS_PER_S
+        return self.longest_wait_s if waits else self.longest_stop_s
 
 
 def _hazardous(vehicle: Vehicle) -> bool:

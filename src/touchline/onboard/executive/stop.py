@@ -12,6 +12,8 @@ from touchline.onboard.executive.move_off import MoveOffRules
 from touchline.onboard.executive.retry_limit import MAX_TRIES, Tries
 from touchline.onboard.executive.traversal_job import TraversalJob
 from touchline.onboard.interface import TICKS_PER_S, MoveOffWarning, Pause
+from touchline.onboard.protection.protection import Protection
+from touchline.schemas.messages import PauseStatus
 
 MAX_RESUME_DISTANCE_M = 0.5
 ABOUT_TO_MOVE = "about to move; keep clear"
@@ -39,8 +41,16 @@ class TraversalStop:
         tries: Successive tries to continue by itself.
     """
 
-    def __init__(self, rules: MoveOffRules, computer: ComputerState, watch: LocalizationMonitor, log: EventLog) -> None:
+    def __init__(
+        self,
+        rules: MoveOffRules,
+        computer: ComputerState,
+        watch: LocalizationMonitor,
+        protection: Protection,
+        log: EventLog,
+    ) -> None:
         self._rules, self._clock, self._watch, self._log = rules, computer.clock, watch, log
+        self._protection = protection
         self.pause: Pause | None = None
         self.why = ""
         self.lasts = False
@@ -92,20 +102,26 @@ class TraversalStop:
 
     def too_long(self, until_tick: int) -> bool:
         """Return True if the stop, up to this tick, is too long to end by itself."""
-        return self._rules.needs_person(self.since_tick, until_tick)
+        return until_tick - self.since_tick > self._rules.longest_s(waits=self._waits) * TICKS_PER_S
 
     @property
     def longest(self) -> str:
         """Longest stop that ends by itself, in words."""
-        return f"{self._rules.longest_stop_s:g} s"
+        return f"{self._rules.longest_s(waits=self._waits):g} s"
+
+    @property
+    def _waits(self) -> bool:
+        """True if the robot pauses because of something in the way."""
+        return self.pause is not None and self.pause.cause == PauseStatus.IN_THE_WAY
 
     def attempt(self, job: TraversalJob) -> Attempt:
-        """Warn, then end the pause, once the pose has been good for a while and the robot stands."""
+        """Warn, then end the pause, once pose and way have been good for a while and the robot stands."""
         tick = self._clock.tick
-        settled = job.standing and self._watch.settled(tick / TICKS_PER_S)
+        in_the_way = self._protection.against_going_on(job)
+        settled = job.standing and self._watch.settled(tick / TICKS_PER_S) and not in_the_way
         if not settled:
             self.warning = None
-        problem = self._watch.drive_problem() or self._watch.pose_problem
+        problem = self._watch.drive_problem() or self._watch.pose_problem or in_the_way
         reason = problem or (self.why if self.warning is None else ABOUT_TO_MOVE)
         earliest_tick = tick + self._rules.warning_ticks if self.warning is None else self.warning.earliest_tick
         if self.too_long(earliest_tick):
@@ -121,7 +137,8 @@ class TraversalStop:
             return Attempt(reason, f"the robot stands {distance:.2f} m beside its path")
         if self.warning is not None:
             return Attempt(reason, goes_on=True)
-        if not self.tries.another(job.next_paint_m):
+        # Passers-by come again and again; that says nothing about the place.
+        if not self._waits and not self.tries.another(job.next_paint_m):
             return Attempt(reason, f"gave up after {MAX_TRIES} tries: {self.why}")
         self._warn("goes on by itself", self._rules.warning_ticks)
         seconds = f"{self._rules.warning_ticks / TICKS_PER_S:g} s"

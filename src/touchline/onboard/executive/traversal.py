@@ -10,8 +10,8 @@
     DONE, ABORTED ──reset──► IDLE; DONE, ABORTED, READY ──load──► READY
 
 Leaving RUNNING closes the valve in the same tick. All but the emergency stop then brake along the path. A pause that
-the robot ordered because of its pose ends by itself, unless it lasts too long; one that a person, the lost link, the
-watchdog or a hazard ordered does not. Before the robot moves off after a stop it warns for some seconds.
+the robot ordered because of its pose, or for something in its way, ends by itself, unless it lasts too long; one that a
+person, the lost link, the watchdog or a hazard ordered does not. Before the robot moves off after a stop it warns for some seconds.
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ from touchline.onboard.executive.stop_causes import (
     BY_LINK,
     BY_LOCALIZATION,
     BY_OPERATOR,
+    BY_PROTECTION,
     EMERGENCY_STOP,
     PAUSED_BY_OPERATOR,
 )
@@ -54,6 +55,7 @@ from touchline.onboard.executive.traversal_states import (
     require_state,
 )
 from touchline.onboard.interface import TICK_S, Checkpoint, Command, Pause, Status
+from touchline.onboard.protection.protection import Protection
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.onboard import TeamLimits
 from touchline.schemas.vehicles import Vehicle
@@ -66,11 +68,13 @@ class Monitors(NamedTuple):
         localization: Evaluates the pose.
         failsafe: Evaluates everything else, and the fence that it gets with a trajectory.
         move_off: Rules for moving off again.
+        protection: Protection against contact.
     """
 
     localization: LocalizationMonitor
     failsafe: Failsafe
     move_off: MoveOffRules
+    protection: Protection
 
 
 class Traversal:
@@ -94,13 +98,13 @@ class Traversal:
         log: EventLog,
     ) -> None:
         """Begin in IDLE."""
-        self._watch, self._hazards, rules = monitors
+        self._watch, self._hazards, rules, self._protection = monitors
         self._vehicle, self._follower, self._estimator, self._log = vehicle, follower, estimator, log
         self._computer, self.clock = computer, computer.clock
         self.state = IDLE
         self.reason = ""
         self.job: TraversalJob | None = None
-        self.stop = TraversalStop(rules, computer, self._watch, log)
+        self.stop = TraversalStop(rules, computer, self._watch, self._protection, log)
         self._before_estop = IDLE
         self._fallbacks_before = 0  # of an earlier process, less those of earlier jobs
 
@@ -383,6 +387,10 @@ class Traversal:
         if self.stop.warns_in(self.clock.tick) and (self._estimator.aligned or not job.aligning):
             self.reason = ABOUT_TO_MOVE
             return (yield from job.rest())
+        if (in_the_way := self._protection.watch(job)) and not (job.aligning or job.waiting):
+            self._halt(BY_PROTECTION, in_the_way, WARN)
+            self._protection.brake()
+            return (yield from job.rest())
         step = yield from job.run()
         if step.done:
             self._leave_running(DONE, "")
@@ -448,6 +456,10 @@ class Traversal:
     def _become(self, state: int, reason: str, severity: int = INFO) -> None:
         self.state, self.reason = state, reason
         self.stop.clear()
+        if state == RUNNING:
+            self._protection.let_go()
+        elif state != PAUSED:
+            self._protection.rest()
         self._log.report(severity, NAMES[state], f"{NAMES[state]}: {reason}" if reason else NAMES[state])
 
 

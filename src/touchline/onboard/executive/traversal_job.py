@@ -88,6 +88,20 @@ class TraversalJob(Protocol):
         """Arc length at which work continues after a stop."""
         ...
 
+    @property
+    def way(self) -> tuple[int, bool]:
+        """Leg that the robot is on, and whether it returns along it."""
+        ...
+
+    @property
+    def returns(self) -> bool:
+        """True if the robot, when it goes on after a stop, first returns along its path."""
+        ...
+
+    def lay_way(self, *, back: bool) -> None:
+        """Lay the way to come in the computer's state: forward, or back along the leg."""
+        ...
+
     def run(self) -> Asking[Step]:
         """Run one tick of driving and working."""
         ...

@@ -6,8 +6,8 @@ the other branch. The kernel sees one leg at a time, which ends where the robot 
 are the robot's: on a leg driven backward the path runs opposite to them.
 
 By default the reference is where the robot is. For a timed follower it moves by the plan's time instead while the plan
-is driven (`timed_reference`), but waits for a robot that is far from it; while the robot brakes, goes back or has
-limited authority, it is where the robot is.
+is driven (`timed_reference`), but waits for a robot that is far from it; while the robot brakes, goes back, has
+limited authority or slows down for something in its way, it is where the robot is.
 
 The robot may drive up to its authority, which others extend; it comes to rest there as it does at a leg's end.
 """
@@ -154,13 +154,13 @@ def _next_speed(at: Reference, h: float, mode: int, speeds: Floats, state: LegSt
     if mode == MODE_BACK:
         left = s - state.back_to_m + v * h
         fastest = min(state.back_speed_mps, math.sqrt(2.0 * state.brake_mps2 * max(left, 0.0)))
-        fastest = max(fastest, CREEP_MPS if left > 0.0 else 0.0)
+        fastest = min(max(fastest, CREEP_MPS if left > 0.0 else 0.0), state.limit_mps)
         return -min(max(-v, 0.0) + state.accelerate_mps2 * h, fastest), entry
     ahead = s + max(v, 0.0) * h
     fastest, entry = _profile(speeds, entry, ahead)
     left = min(state.pieces_end_m, state.authority_m) - ahead
     fastest = min(fastest, math.sqrt(2.0 * state.brake_mps2 * max(left, 0.0)))
-    fastest = max(fastest, CREEP_MPS if left > 0.0 else 0.0)
+    fastest = min(max(fastest, CREEP_MPS if left > 0.0 else 0.0), state.limit_mps)
     fastest = max(fastest, v - _HARD_BRAKE_MPS2 * h)
     return min(max(v, 0.0) + state.accelerate_mps2 * h, fastest), entry
 
@@ -203,7 +203,7 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
     state.piece = piece
 
     speed_before = state.speed_mps
-    by_time = state.timed and mode == MODE_PROFILE and math.isinf(state.authority_m)
+    by_time = state.timed and mode == MODE_PROFILE and math.isinf(state.authority_m) and math.isinf(state.limit_mps)
     if by_time:
         reference = _by_time(speeds, state)
     else:
