@@ -13,7 +13,7 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.onboard.perception.scan import THING, Beams, LidarFigures, sigma_of
 
 Floats = NDArray[np.float64]
@@ -27,16 +27,15 @@ DIRECTIONS: Final = 16
 _BREAK_M: Final = 0.1
 _CORNER_M: Final = 0.2
 """Depth of a corner that is seen from inside, from which on its sides are two clusters: their hull would be free."""
-_LEG_M: Final = 0.25
-"""Largest width of a leg."""
-_STEP_M: Final = 0.6
-"""Largest distance between the legs of a person."""
+LEG_M: Final = 0.3
+"""Largest width of a leg, with noise."""
+STEP_M: Final = 0.75
+"""Largest distance between the legs of a person, with noise."""
 _ROUND_SHARE: Final = 0.39
-"""Distance of a circle's centre behind the mean of its visible points, as a share of its diameter: π/8."""
-_ROUND_M: Final = 0.3
-"""Largest width of what is taken for round."""
+"""Distance of a leg's centre behind the mean of its visible points, as a share of its diameter: π/8 of a circle."""
 
-UNIT: Final = np.array([(math.cos(k * math.tau / DIRECTIONS), math.sin(k * math.tau / DIRECTIONS)) for k in range(DIRECTIONS)])
+_ANGLES = np.arange(DIRECTIONS) * math.tau / DIRECTIONS
+UNIT: Final = np.stack((np.cos(_ANGLES), np.sin(_ANGLES)), 1)
 """(DIRECTIONS, 2) unit vectors."""
 
 
@@ -151,7 +150,7 @@ def _describe(beams: Beams, first: int, last: int, unit: Floats, clusters: Clust
     x, y = x / count, y / count
     most, least = widths_of(hull, unit)
     ray = beams.rays[clusters.order[(first + last) // 2]]
-    behind = _ROUND_SHARE * most if most <= _ROUND_M else 0.0
+    behind = _ROUND_SHARE * most if most <= LEG_M else 0.0
     clusters.centre_m[n, 0], clusters.centre_m[n, 1] = x + behind * ray[2], y + behind * ray[3]
     clusters.width_m[n, 0], clusters.width_m[n, 1] = most, least
     clusters.legs[n], clusters.time_s[n] = 1, time_s / count
@@ -177,10 +176,10 @@ def _split(lidar: LidarFigures, beams: Beams, first: int, last: int, unit: Float
 @kernel
 def _nearest_leg(n: int, clusters: Clusters) -> int:
     """Return the leg that is nearest to another one, within a step of it; −1 if there is none."""
-    found, least = -1, _STEP_M
+    found, least = -1, STEP_M
     for k in range(clusters.count[0]):
         apart = _apart(clusters.centre_m[n], clusters.centre_m[k])
-        if k != n and clusters.width_m[k, 0] <= _LEG_M and clusters.legs[k] == 1 and apart <= least:
+        if k != n and clusters.width_m[k, 0] <= LEG_M and clusters.legs[k] == 1 and apart <= least:
             found, least = k, apart
     return found
 
@@ -191,7 +190,7 @@ def _merge_legs(unit: Floats, clusters: Clusters) -> None:
     n = 0
     while n < clusters.count[0]:
         k = -1
-        if clusters.width_m[n, 0] <= _LEG_M and clusters.legs[n] == 1:
+        if clusters.width_m[n, 0] <= LEG_M and clusters.legs[n] == 1:
             k = _nearest_leg(n, clusters)
         if k > n and _nearest_leg(k, clusters) == n:
             _merge(n, k, unit, clusters)
@@ -213,11 +212,12 @@ def _merge(n: int, k: int, unit: Floats, clusters: Clusters) -> None:
         for axis in range(2):
             clusters.hull_m[k, d, axis] = clusters.hull_m[last, d, axis]
     for axis in range(2):
-        clusters.centre_m[k, axis], clusters.width_m[k, axis] = clusters.centre_m[last, axis], clusters.width_m[last, axis]
+        clusters.centre_m[k, axis] = clusters.centre_m[last, axis]
+        clusters.width_m[k, axis] = clusters.width_m[last, axis]
     clusters.legs[k], clusters.time_s[k] = clusters.legs[last], clusters.time_s[last]
 
 
-@kernel
+@borrowing
 def form_clusters(lidars: Sequence[LidarFigures], beams: Beams, unit: Floats, clusters: Clusters) -> None:
     """Form the clusters of a scan's things.
 

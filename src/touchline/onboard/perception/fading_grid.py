@@ -8,14 +8,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.onboard.perception.scan import KNOWN, NOTHING, THING, UNUSABLE, Beams
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 CELLS: Final = 128
-"""Cells of a side."""
+"""Cells of a side, a power of two."""
+_MASK: Final = CELLS - 1
+"""Bits of a cell's place in memory: its place on the map modulo CELLS."""
 CELL_M: Final = 0.1
 OCCUPIED: Final = 0.85
 """Log-odds that a return adds to its cell, once a scan."""
@@ -23,7 +25,7 @@ FREE: Final = -0.4
 """Log-odds that a beam adds to each cell that it passes, once a scan."""
 _MOST: Final = 4.0
 _HALF_LIFE_S: Final = 30.0
-_STRIDE: Final = 2
+_STRIDE: Final = 8
 """Of so many beams one is followed in a scan, each in turn."""
 
 
@@ -42,20 +44,20 @@ def _move(corner: Integers, x: int, y: int, cells: Floats) -> None:
     for i in range(x, x + CELLS):
         for j in range(y, y + CELLS):
             if not (corner[0] <= i < corner[0] + CELLS and corner[1] <= j < corner[1] + CELLS):
-                cells[i % CELLS, j % CELLS] = 0.0
+                cells[i & _MASK, j & _MASK] = 0.0
     corner[0], corner[1] = x, y
 
 
 @kernel
-def _add(cells: Floats, marks: Integers, i: int, j: int, scan: int, odds: float) -> None:
-    """Add log-odds to a cell that this scan has not changed yet."""
-    i, j = i % CELLS, j % CELLS
+def _occupy(cells: Floats, marks: Integers, i: int, j: int, scan: int) -> None:
+    """Enter a cell as occupied, once a scan."""
+    i, j = i & _MASK, j & _MASK
     if marks[i, j] != scan:
         marks[i, j] = scan
-        cells[i, j] = min(max(cells[i, j] + odds, -_MOST), _MOST)
+        cells[i, j] = min(cells[i, j] + OCCUPIED, _MOST)
 
 
-@kernel
+@borrowing
 def enter_scan(
     beams: Beams, free_m: float, scan: int, corner: Integers, cells: Floats, marks: Integers
 ) -> None:
@@ -76,7 +78,7 @@ def enter_scan(
         if beams.kind[b] == THING or beams.kind[b] == KNOWN:
             i, j = int(math.floor(beams.points_m[b, 0] / CELL_M)), int(math.floor(beams.points_m[b, 1] / CELL_M))
             if x <= i < x + CELLS and y <= j < y + CELLS:
-                _add(cells, marks, i, j, scan, OCCUPIED)
+                _occupy(cells, marks, i, j, scan)
     for b in range(scan % _STRIDE, len(beams.kind), _STRIDE):
         if beams.kind[b] != UNUSABLE:
             far = free_m if beams.kind[b] == NOTHING else beams.range_m[b] - CELL_M
@@ -85,24 +87,24 @@ def enter_scan(
 
 @kernel
 def _free(ray: Floats, far_m: float, scan: int, corner: Integers, cells: Floats, marks: Integers) -> None:
-    """Enter the cells along a ray as free, up to a range or the grid's edge (J. Amanatides, A. Woo 1987)."""
-    i, j = int(math.floor(ray[0] / CELL_M)), int(math.floor(ray[1] / CELL_M))
-    step_x, step_y = (1 if ray[2] > 0.0 else -1), (1 if ray[3] > 0.0 else -1)
-    per_x = CELL_M / abs(ray[2]) if ray[2] != 0.0 else math.inf
-    per_y = CELL_M / abs(ray[3]) if ray[3] != 0.0 else math.inf
-    share_x, share_y = ray[0] / CELL_M - i, ray[1] / CELL_M - j
-    next_x = per_x * (1.0 - share_x if step_x > 0 else share_x) if per_x < math.inf else math.inf
-    next_y = per_y * (1.0 - share_y if step_y > 0 else share_y) if per_y < math.inf else math.inf
-    at = 0.0
-    while at < far_m and 0 <= i - corner[0] < CELLS and 0 <= j - corner[1] < CELLS:
-        _add(cells, marks, i, j, scan, FREE)
-        if next_x < next_y:
-            at, i, next_x = next_x, i + step_x, next_x + per_x
-        else:
-            at, j, next_y = next_y, j + step_y, next_y + per_y
+    """Enter the cells along a ray as free, from cell to cell, up to a range or the grid's edge."""
+    # From the corner and in cells, so that truncation rounds down.
+    x, y = ray[0] / CELL_M - corner[0], ray[1] / CELL_M - corner[1]
+    dx, dy, left, low = ray[2], ray[3], corner[0], corner[1]
+    steps = far_m / CELL_M
+    if dx != 0.0:
+        steps = min(steps, ((CELLS if dx > 0.0 else 0.0) - x) / dx)
+    if dy != 0.0:
+        steps = min(steps, ((CELLS if dy > 0.0 else 0.0) - y) / dy)
+    for _ in range(int(steps)):
+        i, j = (int(x) + left) & _MASK, (int(y) + low) & _MASK
+        odds = cells[i, j] + (FREE if marks[i, j] != scan else 0.0)
+        cells[i, j] = odds if odds > -_MOST else -_MOST
+        marks[i, j] = scan
+        x, y = x + dx, y + dy
 
 
-@kernel
+@borrowing
 def fade(cells: Floats, after_s: float) -> None:
     """Let all log-odds fade for this time.
 

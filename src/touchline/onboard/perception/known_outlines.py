@@ -9,10 +9,10 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.core.polygons import off_squared
 from touchline.onboard.perception.fading_grid import CELL_M, CELLS, FadingGrid
-from touchline.onboard.perception.scan import KNOWN, THING, Beams, inside
+from touchline.onboard.perception.scan import GROUND, KNOWN, THING, Beams, inside
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -92,7 +92,7 @@ def _indexed(polygons: Sequence[Floats]) -> _Index:
 
 @kernel
 def _owner_of(x: float, y: float, tolerance_m: float, index: _Index) -> int:
-    """Return the outline whose edge is nearest to a place, or that holds it; −1 if none is within the tolerance."""
+    """Return the outline whose edge is nearest to a place; −1 if none is within the tolerance."""
     key, low, high = _key(int(math.floor(x / _CELL_M)), int(math.floor(y / _CELL_M))), 0, len(index.keys)
     while low < high:
         middle = (low + high) // 2
@@ -111,29 +111,46 @@ def _owner_of(x: float, y: float, tolerance_m: float, index: _Index) -> int:
 
 
 @kernel
-def _explain(beams: Beams, tolerance_m: float, near: Integers, index: _Index, time_s: float, seen_s: Floats) -> None:
+def _holder_of(x: float, y: float, near: Integers, count: int, index: _Index) -> int:
+    """Return the first of the near outlines that a place lies in; −1 if there is none."""
+    for k in range(count):
+        n = near[k]
+        box = index.boxes[n]
+        if box[0] <= x <= box[2] and box[1] <= y <= box[3]:
+            if inside(x, y, index.corners[index.first[n] : index.first[n + 1]]):
+                return n
+    return -1
+
+
+@borrowing
+def explain(beams: Beams, tolerance_m: float, index: _Index, near: Integers, time_s: float, seen_s: Floats) -> None:
     """Change the kind of returns that an outline explains.
 
     Args:
         beams: The scan.
         tolerance_m: Distance from an outline up to which it explains a return.
-        near: Outlines that may hold one of the returns.
         index: The outlines.
+        near: (outlines,) memory.
         time_s: Present time.
         seen_s: (outlines,) time at which each was seen last; changed.
     """
+    x, y, far = beams.rays[0, 0], beams.rays[0, 1], 0.0
     for i in range(len(beams.kind)):
-        if beams.kind[i] != THING:
+        if beams.kind[i] == THING or beams.kind[i] == GROUND:
+            far = max(far, beams.range_m[i])
+    far, count = far + _MOST_TOLERANCE_M, 0
+    for n in range(len(index.boxes)):
+        box = index.boxes[n]
+        if box[0] - far <= x <= box[2] + far and box[1] - far <= y <= box[3] + far:
+            near[count] = n
+            count += 1
+    for i in range(len(beams.kind)):
+        if count == 0 or (beams.kind[i] != THING and beams.kind[i] != GROUND):
             continue
         x, y = beams.points_m[i]
         owner = _owner_of(x, y, tolerance_m, index)
         if owner < 0:
-            for n in near:
-                box = index.boxes[n]
-                within = box[0] <= x <= box[2] and box[1] <= y <= box[3]
-                if within and inside(x, y, index.corners[index.first[n] : index.first[n + 1]]):
-                    owner = n
-                    break
+            owner = _holder_of(x, y, near, count, index)
         if owner >= 0:
             beams.kind[i] = KNOWN
             seen_s[owner] = time_s
@@ -157,7 +174,7 @@ class KnownOutlines:
         self.missing = np.zeros(len(outlines), np.bool_)
         self._index = _indexed(self.outlines) if self.outlines else None
         self._samples = [np.array(_cut(each, _SAMPLE_M))[:, :2] for each in self.outlines]
-        self._looked_s = -math.inf
+        self._near, self._looked_s = np.zeros(len(outlines), np.int64), -math.inf
 
     def explain(self, beams: Beams, error_m: float, time_s: float) -> None:
         """Change the kind of returns near an outline to known.
@@ -169,13 +186,8 @@ class KnownOutlines:
         """
         if self._index is None:
             return
-        x, y = beams.rays[-1, :2]
-        boxes, far_m = self._index.boxes, float(np.max(beams.range_m, initial=0.0, where=beams.kind == THING))
-        low, high = boxes[:, :2] - far_m, boxes[:, 2:] + far_m
-        near = np.flatnonzero((low[:, 0] <= x) & (low[:, 1] <= y) & (x <= high[:, 0]) & (y <= high[:, 1]))
         tolerance_m = min(TOLERANCE_M + error_m, _MOST_TOLERANCE_M)
-        _explain(beams, tolerance_m, near, self._index, time_s, self.seen_s)
-        self.missing[self.seen_s == time_s] = False
+        explain(beams, tolerance_m, self._index, self._near, time_s, self.seen_s)
 
     def newly_missing(self, grid: FadingGrid, time_s: float) -> list[int]:
         """Return the outlines, by their place in the list, that are found to be missing now; at most once a second.
@@ -188,6 +200,7 @@ class KnownOutlines:
             return []
         self._looked_s = time_s
         low = grid.corner * CELL_M
+        self.missing[self.seen_s >= time_s - _UNSEEN_S] = False
         found = []
         for n in np.flatnonzero(~self.missing & (self.seen_s < time_s - _UNSEEN_S)).tolist():
             samples = self._samples[n]

@@ -18,7 +18,7 @@ from touchline.onboard.perception.clusters import UNIT, Clusters, form_clusters
 from touchline.onboard.perception.fading_grid import FadingGrid
 from touchline.onboard.perception.hits import Hits
 from touchline.onboard.perception.known_outlines import KnownOutlines, Polygon
-from touchline.onboard.perception.scan import GROUND, KNOWN, THING, Beams, LidarFigures, place_beams
+from touchline.onboard.perception.scan import GROUND, KNOWN, THING, Beams, LidarFigures, gather, place_beams
 from touchline.onboard.perception.scan_memory import ScanMemory, confirm
 from touchline.onboard.perception.tracks import Track, Tracks
 from touchline.onboard.perception.unseen import unseen_edges
@@ -40,8 +40,8 @@ class _Lidar:
 
     def __init__(self, spec: LidarSpec) -> None:
         self.spec, self.figures = spec, LidarFigures.of(spec)
-        self.beams, self.memory = Beams.of(spec.beams), ScanMemory.of(spec.beams)
-        self.clusters, self.unseen = Clusters.of(spec.beams), np.empty((_MOST_UNSEEN, 2))
+        self.beams, self.memory = Beams.of(spec), ScanMemory.of(spec.beams)
+        self.clusters, self.points_m = Clusters.of(spec.beams), np.empty((2 * spec.beams + _MOST_UNSEEN, 2))
         self.hits: Hits | None = None
 
 
@@ -110,17 +110,18 @@ class Perception:
         learned, time_s = ring.learned, tick * TICK_S
         rise = learned.rise_east_mps2 / GRAVITY_MPS2, learned.rise_north_mps2 / GRAVITY_MPS2
         place_beams(figures, sample.stamp_s, ring.states, tick, rise, self._body, beams)
-        self._note_way(estimator)
-        near_m = self._near_m(estimator, spec)
+        state = estimator.state.tolist()
+        self._note_way(state[EAST], state[NORTH])
+        near_m = self._near_m(state[SPEED], state[YAW_RATE], spec)
         cell_m = self._thing_mps * _SCANS_TO_CONFIRM / spec.rate_hz + 0.3
-        confirm(figures, beams, near_m, cell_m, self.way_m, lidar.memory)
         sigma_m = estimator.position_sigma_m if self._absolute else 0.0
         self.known.explain(beams, 3.0 * math.hypot(sigma_m, spec.sigma_m) + spec.systematic_m, time_s)
+        confirm(figures, beams, near_m, cell_m, self.way_m, lidar.memory)
         self.grid.enter(beams, min(spec.dark_m, spec.max_m), time_s)
         form_clusters(figures, beams, UNIT, lidar.clusters)
         self._tracks.follow(lidar.clusters, sigma_m, time_s)
         self._time_s = time_s
-        lidar.hits = self._hits_of(lidar, oldest, near_m, self._error_m(estimator, spec, near_m, tick - oldest))
+        lidar.hits = self._hits_of(lidar, oldest, self._error_m(estimator, spec, near_m, tick - oldest))
         return self.known.newly_missing(self.grid, time_s)
 
     @property
@@ -147,26 +148,25 @@ class Perception:
         """Things that the plan does not know, as they are expected to be at the last scan."""
         return self._tracks.at(self._time_s, _MARGIN_M)
 
-    def _note_way(self, estimator: Estimator) -> None:
-        east_m, north_m = estimator.state[[EAST, NORTH]].tolist()
+    def _note_way(self, east_m: float, north_m: float) -> None:
         moved_m = math.hypot(east_m - self._place[0], north_m - self._place[1])
         self.way_m += 0.0 if math.isnan(moved_m) else moved_m
         self._place = east_m, north_m
 
-    def _near_m(self, estimator: Estimator, spec: LidarSpec) -> float:
+    def _near_m(self, speed_mps: float, yaw_rate_radps: float, spec: LidarSpec) -> float:
         """Return the range up to which a thing has to be believed at its first return.
 
         Farther away there is time for two more scans: braking from the speed that the robot can have by then, and what
         the thing itself moves meanwhile (docs/explanation/perception.md).
         """
         waiting_s = _SCANS_TO_CONFIRM / spec.rate_hz
-        body_mps = abs(estimator.state[SPEED]) + abs(estimator.state[YAW_RATE]) * self._body_m
+        body_mps = abs(speed_mps) + abs(yaw_rate_radps) * self._body_m
         speed_mps = body_mps + self._vehicle.drive.max_acceleration_mps2 * waiting_s
         until_s = waiting_s + 1.0 / spec.rate_hz + spec.latency_s + 2.0 * TICK_S + self._lag_s
         braking_s = speed_mps / self._braking_mps2
         creep_s = self._lag_s * math.log(max(self._braking_mps2 * self._lag_s / _CREEP_MPS, 1.0))
         own_m = speed_mps * (until_s + 0.5 * braking_s)
-        return float(self._body_m + own_m + self._thing_mps * (until_s + braking_s + creep_s))
+        return self._body_m + own_m + self._thing_mps * (until_s + braking_s + creep_s)
 
     def _error_m(self, estimator: Estimator, spec: LidarSpec, range_m: float, age_ticks: int) -> float:
         """Return the bound on the error of a return at this range, relative to the robot until the next scan.
@@ -174,7 +174,7 @@ class Perception:
         Since the scan the robot's speed and yaw rate have been as uncertain as they are now. Fixes may correct the pose
         by as much as its σ; with odometry alone nothing corrects it.
         """
-        variances = estimator.covariance.diagonal()
+        variances = estimator.covariance.diagonal().tolist()
         age_s = age_ticks * TICK_S + 1.0 / spec.rate_hz
         place, turn = variances[SPEED] * age_s**2, variances[YAW_RATE] * age_s**2
         if self._absolute:
@@ -183,16 +183,17 @@ class Perception:
         bearing = spec.beam_rad**2 / 12.0
         sigma_m = math.sqrt(noise_m**2 + place + range_m**2 * (turn + bearing))
         # A thing may reach beyond its last return almost to the next beam.
-        return float(3.0 * sigma_m + spec.systematic_m + range_m * spec.step_rad)
+        return 3.0 * sigma_m + spec.systematic_m + range_m * spec.step_rad
 
-    def _hits_of(self, lidar: _Lidar, oldest: int, near_m: float, error_m: float) -> Hits:
-        beams, memory = lidar.beams, lidar.memory
-        parts = [beams.points_m[beams.kind == THING], memory.missed_m[: memory.scans[2]]]
+    def _hits_of(self, lidar: _Lidar, oldest: int, error_m: float) -> Hits:
+        beams, memory, points = lidar.beams, lidar.memory, lidar.points_m
+        count = gather(beams, THING, points, memory.missed(points))
         if self._occupied:
-            parts.append(lidar.unseen[: unseen_edges(lidar.figures.array, beams, lidar.unseen)])
-        known = beams.points_m[beams.kind == KNOWN]
-        doubtful = beams.points_m[beams.kind == GROUND]
-        return Hits(np.concatenate((*parts, known)), oldest, error_m, len(known), doubtful)
+            count += unseen_edges(lidar.figures.array, beams, points[count : count + _MOST_UNSEEN])
+        total = gather(beams, KNOWN, points, count)
+        found = points[:total].copy()
+        doubtful = points[: gather(beams, GROUND, points, 0)].copy()
+        return Hits(found, oldest, error_m, total - count, doubtful)
 
 
 def lidars_of(vehicle: Vehicle) -> list[LidarSpec]:

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.core.records import Record
 from touchline.onboard.filter_model import EAST, HEADING, NORTH, RING
 from touchline.onboard.interface import TICKS_PER_S
@@ -40,7 +40,6 @@ _GROUND_M: Final = 0.3
 class LidarFigures(Record):
     """Data sheet of a lidar as kernels need it."""
 
-    first_rad: float
     step_rad: float
     scan_s: float
     x_m: float
@@ -67,6 +66,7 @@ class Beams(NamedTuple):
     """Beams of a scan in their order.
 
     Attributes:
+        aim: (beams, 2) direction, body frame.
         range_m: (beams,) range [m]; inf without a return.
         kind: (beams,) kind of each.
         rays: (beams, 4) origin and direction, map frame.
@@ -74,6 +74,7 @@ class Beams(NamedTuple):
         time_s: (beams,) time of measurement.
     """
 
+    aim: Floats
     range_m: Floats
     kind: Integers
     rays: Floats
@@ -81,10 +82,11 @@ class Beams(NamedTuple):
     time_s: Floats
 
     @classmethod
-    def of(cls, count: int) -> Self:
-        """Return memory for a number of beams."""
-        kind = np.zeros(count, np.int64)
-        return cls(np.empty(count), kind, np.empty((count, 4)), np.empty((count, 2)), np.empty(count))
+    def of(cls, spec: LidarSpec) -> Self:
+        """Return memory for the beams of a lidar."""
+        count, bearing = spec.beams, spec.first_rad + np.arange(spec.beams) * spec.step_rad
+        aim, kind = np.stack((np.cos(bearing), np.sin(bearing)), 1), np.zeros(count, np.int64)
+        return cls(aim, np.empty(count), kind, np.empty((count, 4)), np.empty((count, 2)), np.empty(count))
 
 
 @kernel
@@ -133,7 +135,7 @@ def _may_be_ground(lidar: LidarFigures, range_m: float, down_rad: float, level_r
     return flattest <= 0.0 or range_m <= lidar.height_m / math.tan(flattest) + tolerance
 
 
-@kernel
+@borrowing
 def place_beams(
     lidars: Sequence[LidarFigures],
     stamp_s: float,
@@ -152,10 +154,13 @@ def place_beams(
         tick: Tick of the newest of them; the oldest beam is not older than the ring.
         rise: Rise over run of the ground under the robot, to the east and to the north.
         outline: (n, 2) outline of the robot's body, body frame.
-        beams: `range_m` is given; all else is set.
+        beams: `aim` and `range_m` are given; all else is set.
     """
     lidar = lidars[0]
-    count = len(beams.range_m)
+    count, reach = len(beams.range_m), 0.0
+    for i in range(len(outline)):
+        reach = max(reach, outline[i, 0] ** 2 + outline[i, 1] ** 2)
+    turned, cos_then, sin_then = -1, 1.0, 0.0
     for i in range(count):
         time_s = stamp_s - lidar.scan_s * (count - 1 - i) / (count - 1)
         at = time_s * TICKS_PER_S
@@ -164,10 +169,12 @@ def place_beams(
         a, b = states[before % RING], states[min(before + 1, tick) % RING]
         east = a[EAST] + share * (b[EAST] - a[EAST])
         north = a[NORTH] + share * (b[NORTH] - a[NORTH])
-        heading = a[HEADING] + share * (b[HEADING] - a[HEADING])
-        bearing = lidar.first_rad + i * lidar.step_rad
-        cos, sin = math.cos(heading), math.sin(heading)
-        ahead, left = math.cos(bearing), math.sin(bearing)
+        if before != turned:
+            turned, cos_then, sin_then = before, math.cos(a[HEADING]), math.sin(a[HEADING])
+        turn = share * (b[HEADING] - a[HEADING])
+        cos_on, sin_on = 1.0 - 0.5 * turn * turn, turn - turn * turn * turn / 6.0  # a tick's turn is small
+        cos, sin = cos_then * cos_on - sin_then * sin_on, sin_then * cos_on + cos_then * sin_on
+        ahead, left = beams.aim[i, 0], beams.aim[i, 1]
         x, y = cos * ahead - sin * left, sin * ahead + cos * left
         ray = beams.rays[i]
         ray[0], ray[1] = east + cos * lidar.x_m - sin * lidar.y_m, north + sin * lidar.x_m + cos * lidar.y_m
@@ -177,10 +184,29 @@ def place_beams(
         if far > lidar.max_m:
             beams.kind[i] = NOTHING
             continue
-        if not far >= lidar.min_m or inside(lidar.x_m + far * ahead, lidar.y_m + far * left, outline):
+        body_x, body_y = lidar.x_m + far * ahead, lidar.y_m + far * left
+        own = body_x * body_x + body_y * body_y <= reach and inside(body_x, body_y, outline)
+        if own or not far >= lidar.min_m:
             beams.kind[i] = UNUSABLE
             continue
         beams.points_m[i, 0], beams.points_m[i, 1] = ray[0] + far * x, ray[1] + far * y
         down = lidar.pitch_rad * ahead
         level = down - (rise[0] * x + rise[1] * y)
         beams.kind[i] = GROUND if _may_be_ground(lidar, far, down, level) else THING
+
+
+@borrowing
+def gather(beams: Beams, kind: int, points: Floats, count: int) -> int:
+    """Append the returns of a kind to points; return the number of points then.
+
+    Args:
+        beams: The scan.
+        kind: Kind of beams.
+        points: (n, 2) places; those from `count` on are overwritten.
+        count: Number of points so far.
+    """
+    for i in range(len(beams.kind)):
+        if beams.kind[i] == kind:
+            points[count, 0], points[count, 1] = beams.points_m[i]
+            count += 1
+    return count

@@ -9,14 +9,15 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.onboard.perception.scan import GROUND, NOTHING, THING, UNCONFIRMED, Beams, LidarFigures
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 _CELLS: Final = 128
-"""Cells of a side of the memory; places whole multiples of this apart share one, which only confirms more."""
+"""Cells of a side of the memory, a power of two; places whole multiples of this apart share one, which only confirms more."""
+_MASK: Final = _CELLS - 1
 _GROUND_CELL_M: Final = 0.25
 _MOVED_M: Final = 0.6
 """Way of the robot after which a return that stayed in its cell of 0.25 m is none of ground: that moves along."""
@@ -52,10 +53,16 @@ class ScanMemory(NamedTuple):
         points = np.zeros((beams, 2)), np.zeros((beams, 2))
         return cls(np.array([2, 0, 0]), seen, ground_seen, ground_scans, np.zeros((_CELLS, _CELLS)), *points)
 
+    def missed(self, points: Floats) -> int:
+        """Copy the missed returns to the first points (n, 2); return their number."""
+        count = int(self.scans[2])
+        points[:count] = self.missed_m[:count]
+        return count
+
 
 @kernel
 def _cell(value_m: float, size_m: float) -> int:
-    return int(math.floor(value_m / size_m)) % _CELLS
+    return int(math.floor(value_m / size_m)) & _MASK
 
 
 @kernel
@@ -64,7 +71,7 @@ def _seen_lately(memory: ScanMemory, x: float, y: float, cell_m: float) -> bool:
     i, j = _cell(x, cell_m), _cell(y, cell_m)
     for k in range(i - 1, i + 2):
         for n in range(j - 1, j + 2):
-            if memory.scans[0] - memory.seen[k % _CELLS, n % _CELLS] <= 2:
+            if memory.scans[0] - memory.seen[k & _MASK, n & _MASK] <= 2:
                 return True
     return False
 
@@ -98,7 +105,7 @@ def _without_return(lidar: LidarFigures, x: float, y: float, beams: Beams) -> bo
     return True
 
 
-@kernel
+@borrowing
 def confirm(
     lidars: Sequence[LidarFigures], beams: Beams, near_m: float, cell_m: float, way_m: float, memory: ScanMemory
 ) -> None:

@@ -14,10 +14,10 @@ from typing import Annotated, Final, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.core.records import Record
 from touchline.onboard.perception.assignment import assign
-from touchline.onboard.perception.clusters import DIRECTIONS, UNIT, Clusters, widen, widths_of
+from touchline.onboard.perception.clusters import DIRECTIONS, LEG_M, STEP_M, UNIT, Clusters, widths_of
 from touchline.onboard.perception.clusters import MOST as MOST_CLUSTERS
 
 Floats = NDArray[np.float64]
@@ -35,6 +35,10 @@ _ACCELERATION: Final = 1.0
 """Spectral density of the white acceleration, m²/s³."""
 _FIX_M: Final = 0.1
 """σ of a cluster's centre: a person's legs swing, whatever the lidar's noise."""
+_LEG_FIX_M: Final = 0.2
+"""The same if only one leg of a person is seen."""
+_STRIDING: Final = 0.2
+"""Share of scans with two legs from which on a track is a person's."""
 _WIDTH_SHARE: Final = 0.3
 """σ of the centre as a share of the width, of things wider than a person: only a part of them is seen."""
 _PERSON_M: Final = 0.8
@@ -130,10 +134,28 @@ class _Work(NamedTuple):
 
 
 @kernel
-def _cluster_var(width_m: float, error_m: float) -> float:
-    """Variance of a cluster's centre along an axis [m²]."""
-    part = _WIDTH_SHARE * width_m if width_m > _PERSON_M else 0.0
-    return _FIX_M * _FIX_M + part * part + error_m * error_m
+def _cluster_var(clusters: Clusters, n: int, striding: bool, error_m: float) -> float:
+    """Variance of a cluster's centre along an axis [m²].
+
+    Args:
+        clusters: Clusters of a scan.
+        n: The cluster.
+        striding: True if its track is a person's, of whom it may be one leg.
+        error_m: σ of the robot's place along an axis.
+    """
+    width = clusters.width_m[n, 0]
+    fix = _LEG_FIX_M if striding and clusters.legs[n] == 1 and width <= LEG_M else _FIX_M
+    part = _WIDTH_SHARE * width if width > _PERSON_M else 0.0
+    return fix * fix + part * part + error_m * error_m
+
+
+@kernel
+def _astray(track: TrackState, clusters: Clusters, n: int) -> tuple[float, float, float]:
+    """Return where a cluster is from where its track is expected at that time [m], and this time since the last [s]."""
+    after_s = max(clusters.time_s[n] - track.time_s, 0.0)
+    x = clusters.centre_m[n, 0] - track.x_m - after_s * track.vx_mps
+    y = clusters.centre_m[n, 1] - track.y_m - after_s * track.vy_mps
+    return x, y, after_s
 
 
 @kernel
@@ -147,23 +169,20 @@ def _predicted_var(track: TrackState, after_s: float) -> float:
 @kernel
 def _cost(track: TrackState, clusters: Clusters, n: int, error_m: float) -> float:
     """Return the squared distance of a cluster from a track in units of its variance, at most the gate."""
-    after_s = max(clusters.time_s[n] - track.time_s, 0.0)
-    x = clusters.centre_m[n, 0] - track.x_m - after_s * track.vx_mps
-    y = clusters.centre_m[n, 1] - track.y_m - after_s * track.vy_mps
-    var = _predicted_var(track, after_s) + _cluster_var(clusters.width_m[n, 0], error_m)
+    x, y, after_s = _astray(track, clusters, n)
+    var = _predicted_var(track, after_s) + _cluster_var(clusters, n, track.legs > _STRIDING, error_m)
     return min((x * x + y * y) / var, _GATE)
 
 
 @kernel
 def _update(track: TrackState, clusters: Clusters, n: int, error_m: float, unit: Floats) -> None:
     """Update a track by its cluster."""
-    after_s = max(clusters.time_s[n] - track.time_s, 0.0)
+    dx, dy, after_s = _astray(track, clusters, n)
     place_var = _predicted_var(track, after_s)
     both_var = track.both_var + after_s * track.speed_var + 0.5 * _ACCELERATION * after_s * after_s
     speed_var = track.speed_var + _ACCELERATION * after_s
-    gain = 1.0 / (place_var + _cluster_var(clusters.width_m[n, 0], error_m))
+    gain = 1.0 / (place_var + _cluster_var(clusters, n, track.legs > _STRIDING, error_m))
     x, y = track.x_m + after_s * track.vx_mps, track.y_m + after_s * track.vy_mps
-    dx, dy = clusters.centre_m[n, 0] - x, clusters.centre_m[n, 1] - y
     track.x_m, track.y_m = x + gain * place_var * dx, y + gain * place_var * dy
     track.vx_mps, track.vy_mps = track.vx_mps + gain * both_var * dx, track.vy_mps + gain * both_var * dy
     track.place_var = place_var - gain * place_var * place_var
@@ -172,12 +191,12 @@ def _update(track: TrackState, clusters: Clusters, n: int, error_m: float, unit:
     track.time_s = max(clusters.time_s[n], track.time_s)
     track.seen, track.missed = track.seen + 1, 0
     track.legs += 0.2 * ((1.0 if clusters.legs[n] == 2 else 0.0) - track.legs)
-    _judge_motion(track, clusters.width_m[n, 0], clusters.width_m[n, 1])
+    _evaluate_motion(track, clusters.width_m[n, 0], clusters.width_m[n, 1])
     _take_hull(track, clusters.hull_m[n], unit)
 
 
 @kernel
-def _judge_motion(track: TrackState, width_m: float, thickness_m: float) -> None:
+def _evaluate_motion(track: TrackState, width_m: float, thickness_m: float) -> None:
     """Decide whether a track moves, by its way in the last half to whole second."""
     then = track.anchors[1]
     way = math.hypot(track.x_m - then[1], track.y_m - then[2])
@@ -217,7 +236,7 @@ def _bear(track: TrackState, number: int, clusters: Clusters, n: int, error_m: f
     track.number, track.seen, track.missed = number, 1, 0
     track.time_s, track.x_m, track.y_m = clusters.time_s[n], clusters.centre_m[n, 0], clusters.centre_m[n, 1]
     track.vx_mps = track.vy_mps = 0.0
-    track.place_var = _cluster_var(clusters.width_m[n, 0], error_m)
+    track.place_var = _cluster_var(clusters, n, False, error_m)
     track.both_var, track.speed_var = 0.0, _FASTEST_MPS * _FASTEST_MPS
     track.moving = track.moved = False
     track.width_m, track.thickness_m = clusters.width_m[n, 0], clusters.width_m[n, 1]
@@ -229,6 +248,20 @@ def _bear(track: TrackState, number: int, clusters: Clusters, n: int, error_m: f
 
 
 @kernel
+def _is_of_a_person(clusters: Clusters, n: int, tracks: Sequence[TrackState], work: _Work, used: int) -> bool:
+    """Return whether a cluster is a leg close to a person who was seen in this scan: the other leg, or a part of one."""
+    if clusters.width_m[n, 0] > LEG_M:
+        return False
+    for r in range(used):
+        track = tracks[work.rows[r]]
+        if track.legs > _STRIDING and track.missed == 0:
+            x, y, _ = _astray(track, clusters, n)
+            if math.hypot(x, y) <= STEP_M:
+                return True
+    return False
+
+
+@borrowing
 def follow(
     clusters: Clusters, error_m: float, now_s: float, tracks: Sequence[TrackState], work: _Work, numbers: Integers
 ) -> None:
@@ -247,21 +280,24 @@ def follow(
         if tracks[k].number != 0:
             rows[used] = k
             used += 1
-    # As many further columns as there are tracks stand for "not seen", at the cost of the gate.
+    # A column at the cost of the gate stands for "not seen"; there are as many as are needed for every track.
+    columns = max(found, used)
     for r in range(used):
         for n in range(found):
             work.cost[r, n] = _cost(tracks[rows[r]], clusters, n, error_m)
-        for n in range(found, found + used):
+        for n in range(found, columns):
             work.cost[r, n] = _GATE
-    assign(work.cost, used, found + used, work.row_of, work.work, work.way)
+    assign(work.cost, used, columns, work.row_of, work.work, work.way)
     for r in range(used):
         tracks[rows[r]].missed += 1
-    free = 0
     for n in range(found):
         r = work.row_of[n + 1] - 1
         if r >= 0 and work.cost[r, n] < _GATE:
             _update(tracks[rows[r]], clusters, n, error_m, work.unit)
-        else:
+            work.row_of[n + 1] = -1
+    free = 0
+    for n in range(found):
+        if work.row_of[n + 1] >= 0 and not _is_of_a_person(clusters, n, tracks, work, used):
             while free < len(tracks) and tracks[free].number != 0:
                 free += 1
             if free < len(tracks):
@@ -279,7 +315,7 @@ class Tracks:
 
     def __init__(self) -> None:
         self._rows = np.zeros(MOST, TrackState.dtype)
-        columns = MOST + MOST_CLUSTERS + 1
+        columns = max(MOST, MOST_CLUSTERS) + 1
         cost, work = np.zeros((MOST, columns)), np.zeros((4, columns))
         row_of, way, rows = (np.zeros(size, np.int64) for size in (columns, columns, MOST))
         self._work, self._numbers = _Work(cost, row_of, work, way, rows, UNIT), np.zeros(1, np.int64)

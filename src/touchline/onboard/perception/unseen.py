@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.onboard.perception.scan import NOTHING, UNCONFIRMED, UNUSABLE, Beams, LidarFigures
 
 Floats = NDArray[np.float64]
@@ -44,7 +44,7 @@ def _put_edge(beams: Beams, i: int, from_m: float, to_m: float, points: Floats, 
     return count
 
 
-@kernel
+@borrowing
 def unseen_edges(lidars: Sequence[LidarFigures], beams: Beams, points: Floats) -> int:
     """Find the edges of unseen ground, up to RANGE_M from the lidar.
 
