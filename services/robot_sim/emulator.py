@@ -100,7 +100,7 @@ class Emulator:
         check_receiver(vehicle, scenario, self.config)
         self.world = World(vehicle, scenario)
         self.sensors = Sensors(vehicle, scenario)
-        self.auxiliary = AuxiliaryTruth(vehicle, scenario)
+        self.auxiliary = AuxiliaryTruth(vehicle, scenario, self.world.surroundings)
         self.samples: tuple[AuxiliarySample, ...] = ()
         self.faults = FaultTimeline(scenario.faults, vehicle.drive)
         self.onboard = onboard if onboard is not None else Onboard(vehicle, self.config, ask)

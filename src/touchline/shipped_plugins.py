@@ -68,6 +68,15 @@ SENSORS.register(IMU, "rates and accelerations", None)
 SENSORS.register(MAGNETOMETER, "the magnetic field", None)
 SENSORS.register(ENCODER, "angles of the drive's actuators", None)
 SENSORS.register(CAMERA, "poses by the camera overhead", None)
+SENSORS.register(
+    "lidar",
+    "ranges to things all round, in a plane above the ground",
+    KindParts(
+        "touchline.schemas.vehicles.lidar_spec:LidarSpec",
+        truth="touchline.schemas.lidar_truth:LidarTruth",
+        world="touchline.services.robot_sim.sensors.lidar_in_world:LidarInWorld",
+    ),
+)
 # Kind, line for people, class of its fields; the function that applies it has the kind's name.
 for _kind, _summary, _fields, _module in (
     ("gnss-outage", "the GNSS receiver has no position", "GnssOutage", "gnss_faults"),
