@@ -164,9 +164,7 @@ class ScenarioObject(Spec):
     """Direction of its frame's x axis, in the map frame."""
     radius_m: Annotated[float, Field(ge=0.01, le=20)] | None = None
     """Radius, if it is a disc."""
-    outline: Annotated[
-        tuple[Corner, ...] | None, Field(min_length=3, max_length=100), AfterValidator(_simple)
-    ] = None
+    outline: Annotated[tuple[Corner, ...] | None, Field(min_length=3, max_length=100), AfterValidator(_simple)] = None
     """Corners in its own frame, convex or not, if it is no disc."""
     height_m: Annotated[float, Field(gt=0, le=100)] | None = None
     """Height above the ground; a lidar whose plane is higher does not see it."""

@@ -13,7 +13,6 @@ from touchline.services.robot_sim.sensors.auxiliary_truth import Draw
 from touchline.services.robot_sim.sensors.lidar_in_world import LidarInWorld
 from touchline.services.robot_sim.sensors.lidar_scan import see
 from touchline.services.robot_sim.sensors.rays import range_to_disc, range_to_edge
-from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.objects import things as t
 from touchline.services.robot_sim.world.objects.solids import DARK, HEIGHT, RADIUS, X1, X2, Y1, Y2
 from touchline.services.robot_sim.world.objects.surroundings import Surroundings

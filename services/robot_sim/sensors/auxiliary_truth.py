@@ -110,14 +110,14 @@ class AuxiliaryTruth:
 
     Attributes:
         next_tick: Next tick at whose end a sensor measures or a measurement arrives.
-        kinds: Kind of each sensor, by its name.
+        specs: Data sheet of each sensor, by its name.
     """
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario, surroundings: Surroundings) -> None:
         """Mount the sensors of a vehicle in the world of a scenario."""
         truths = {truth.kind: truth for truth in scenario.sensors}
         self._mounted = tuple(_mounted(spec, truths.get(spec.kind), scenario, surroundings) for spec in vehicle.sensors)
-        self.kinds = {spec.name: spec.kind for spec in vehicle.sensors}
+        self.specs = {spec.name: spec for spec in vehicle.sensors}
         self._seed = scenario.seed
         self._delays: Callable[..., tuple[int, int]] | None = None
         if self._mounted:  # compiled now: later, the robot would have to wait for it
@@ -171,16 +171,15 @@ class AuxiliaryTruth:
             under_way: Measurements; those of sensors that the vehicle does not have are left out.
             tick: Tick that has ended; measurements that arrived by then are left out.
         """
-        self._under_way = [each for each in under_way if each.arrival_tick > tick and each.sample.sensor in self.kinds]
+        self._under_way = [each for each in under_way if each.arrival_tick > tick and each.sample.sensor in self.specs]
         self._plan(tick)
 
 
-def _mounted(
-    spec: SensorSpec, truth: SensorTruth | None, scenario: Scenario, surroundings: Surroundings
-) -> _Mounted:
+def _mounted(spec: SensorSpec, truth: SensorTruth | None, scenario: Scenario, surroundings: Surroundings) -> _Mounted:
     made = part_for(SENSORS, spec.kind, "world")
     if truth is None:
-        truth = part_for(SENSORS, spec.kind, "truth")()
+        told = SENSORS.find(spec.kind)
+        truth = part_for(SENSORS, spec.kind, "truth")() if told and told.truth else SensorTruth(kind=spec.kind)
     draw = Draw(scenario.seed, crc32(spec.name.encode()) << 16, scenario.noise == "none")
     number, delay_ticks = SENSORS.number(spec.kind), math.ceil(spec.latency_s * TICKS_PER_S - 1e-7)
     if number >= MOST_SENSORS:

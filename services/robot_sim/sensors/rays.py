@@ -142,8 +142,12 @@ def _between(beams: Beams, low_rad: float, high_rad: float, turn: int) -> tuple[
 
 @borrowing
 def meet_disc(
-    beams: Beams, reference: Reference, disc: tuple[float, float, float], velocity: tuple[float, float],
-    height_m: float, dark: float,
+    beams: Beams,
+    reference: Reference,
+    disc: tuple[float, float, float],
+    velocity: tuple[float, float],
+    height_m: float,
+    dark: float,
 ) -> None:
     """Enter a disc that moves evenly.
 
@@ -224,6 +228,15 @@ def _meet_cell(beams: Beams, reference: Reference, grid: SolidGrid, cell: int, s
 
 
 @borrowing
+def _any_beyond(beams: Beams, distance: float) -> bool:
+    """Return True if a beam has met nothing within a distance."""
+    beam = 0
+    while beam < len(beams.ranges) and beams.ranges[beam] < distance:
+        beam += 1
+    return beam < len(beams.ranges)
+
+
+@borrowing
 def meet_solids(beams: Beams, reference: Reference, grid: SolidGrid) -> None:
     """Enter all solids within range, from near to far: ring by ring of cells until every beam has met something nearer.
 
@@ -235,14 +248,11 @@ def meet_solids(beams: Beams, reference: Reference, grid: SolidGrid) -> None:
     looked_at, reach = grid.looked_at, beams.most_m + reference.moved_m
     looked_at[-1] += 1
     scan = looked_at[-1]
-    middle_column = int(math.floor((reference.east_m - grid.corner[0]) / grid.cell_m))
-    middle_row = int(math.floor((reference.north_m - grid.corner[1]) / grid.cell_m))
+    middle_column = math.floor((reference.east_m - grid.corner[0]) / grid.cell_m)
+    middle_row = math.floor((reference.north_m - grid.corner[1]) / grid.cell_m)
     first = max(-middle_column, middle_column - grid.size[0] + 1, -middle_row, middle_row - grid.size[1] + 1, 0)
     for ring in range(first, int(reach / grid.cell_m) + 2):
-        farthest = 0.0
-        for beam in range(len(beams.ranges)):
-            farthest = max(farthest, beams.ranges[beam])
-        if farthest < (ring - 1) * grid.cell_m - reference.moved_m:
+        if not _any_beyond(beams, (ring - 1) * grid.cell_m - reference.moved_m):
             return
         for row in range(max(middle_row - ring, 0), min(middle_row + ring, grid.size[1] - 1) + 1):
             whole = abs(row - middle_row) == ring

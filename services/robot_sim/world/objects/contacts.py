@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from touchline.core.jit import borrowing
 from touchline.onboard.interface import TICK_S
 from touchline.services.robot_sim.world.body import STEP_S, BodyFigures, BodyState
-from touchline.services.robot_sim.world.objects.moving import walk
+from touchline.services.robot_sim.world.objects.moving import hurry, move_on, walk
 from touchline.services.robot_sim.world.objects.things import (
     C_CLOSING_MPS,
     C_EAST,
@@ -55,6 +55,7 @@ _FRICTION: Final = 0.4
 _ROUNDS: Final = 10
 _RECOVERY_MPS: Final = 0.3  # at most so fast does the robot leave what it was put into
 _MARGIN_M: Final = 0.05
+_TOUCHING_M: Final = 0.02  # more than anything closes in a step
 _GAIN_MPS: Final = 0.2  # gain of speed in a tick, but for blows, for which there is the margin
 _APART_TICKS: Final = 50  # a touch so long after the last one is another contact
 
@@ -162,10 +163,16 @@ def _arc(outline: Floats, edge: int, share: float) -> float:
 
 @borrowing
 def _enter(
-    points: Floats, count: int, place: tuple[float, float, float, float], gap: float, inverse: float, thing: int, arc: float
+    points: Floats,
+    count: int,
+    place: tuple[float, float, float, float],
+    gap: float,
+    inverse: float,
+    thing: int,
+    arc: float,
 ) -> int:
     """Enter a contact point, place and normal, if it may touch within a step; return their number."""
-    if gap > _MARGIN_M or count >= len(points):
+    if gap > _TOUCHING_M or count >= len(points):
         return count
     point = points[count]
     point[_P_X], point[_P_Y], point[_P_NX], point[_P_NY] = place
@@ -177,8 +184,12 @@ def _enter(
 
 @borrowing
 def _disc_point(
-    things: Things, count: int, pose: tuple[float, float, float, float], disc: tuple[float, float, float],
-    inverse: float, thing: int,
+    things: Things,
+    count: int,
+    pose: tuple[float, float, float, float],
+    disc: tuple[float, float, float],
+    inverse: float,
+    thing: int,
 ) -> int:
     """Enter the point at which a disc may touch the outline; return the number of points."""
     outline, (east, north, cos, sin) = things.outline, pose
@@ -191,17 +202,13 @@ def _disc_point(
 
 
 @borrowing
-def _outline_points(
-    things: Things, count: int, pose: tuple[float, float, float, float], thing: int
-) -> int:
+def _outline_points(things: Things, count: int, pose: tuple[float, float, float, float], thing: int) -> int:
     """Enter the points at which a fixed outline may touch that of the robot; return the number of points."""
     outline, vertices, (east, north, cos, sin) = things.outline, things.vertices, pose
     first, end = things.first[thing], things.first[thing + 1]
     for i in range(len(outline)):
         x, y = outline[i, 0], outline[i, 1]
-        distance, nx, ny, _, _ = _nearest(
-            vertices, first, end, east + cos * x - sin * y, north + sin * x + cos * y
-        )
+        distance, nx, ny, _, _ = _nearest(vertices, first, end, east + cos * x - sin * y, north + sin * x + cos * y)
         px = x - things.centre_x_m
         place = (cos * px - sin * y, sin * px + cos * y, -nx, -ny)
         count = _enter(things.contacts, count, place, distance, 0.0, thing, outline[i, 2])
@@ -320,19 +327,9 @@ def _note(things: Things, point: Floats, inverse: tuple[float, float], centre: t
 
 
 @borrowing
-def press(things: Things, state: BodyState, body: BodyFigures, mass_kg: float, tick: int) -> bool:
-    """Let the things within reach move and touch the robot in a step; return True if an impulse has passed.
-
-    Args:
-        things: Movers, marks, forces and the log are updated.
-        state: State of the robot's body; its speeds are updated.
-        body: Constants of the body.
-        mass_kg: Mass of the whole robot.
-        tick: The tick.
-    """
-    marks, points, motion = things.marks, things.contacts, things.motion
-    for place in range(marks[NEAR_FIXED], marks[NEAR_FIXED] + marks[NEAR_MOVERS]):
-        walk(things, things.near[place], STEP_S)
+def _touch(things: Things, state: BodyState, mass: tuple[float, float], tick: int) -> bool:
+    """Change the speeds of the robot and of what touches it; return True if an impulse has passed."""
+    points, motion = things.contacts, things.motion
     count = _gather(things, state)
     if count == 0:
         return False
@@ -347,7 +344,7 @@ def press(things: Things, state: BodyState, body: BodyFigures, mass_kg: float, t
         x, y = motion[0] - motion[2] * point[_P_Y], motion[1] + motion[2] * point[_P_X]
         towards = -1.0 if x * nx + y * ny < STANDING_MPS else 1.0
         point[_P_ROBOT] = towards * math.sqrt(x * x + y * y)
-    inverse = (1.0 / mass_kg, 1.0 / (mass_kg * body.gyration_m2))
+    inverse = (1.0 / mass[0], 1.0 / mass[1])
     _solve(things, count, inverse)
     centre = (state.east_m + cos * centre_x_m, state.north_m + sin * centre_x_m)
     pressed = False
@@ -359,4 +356,25 @@ def press(things: Things, state: BodyState, body: BodyFigures, mass_kg: float, t
         state.yaw_rate_radps = motion[2]
         state.speed_mps = cos * motion[0] + sin * motion[1]
         state.side_speed_mps = cos * motion[1] - sin * motion[0] - centre_x_m * motion[2]
+    return pressed
+
+
+@borrowing
+def press(things: Things, state: BodyState, body: BodyFigures, mass_kg: float, tick: int) -> bool:
+    """Let the things within reach move and touch the robot in a step; return True if an impulse has passed.
+
+    Args:
+        things: Movers, marks, forces and the log are updated.
+        state: State of the robot's body; its speeds are updated.
+        body: Constants of the body.
+        mass_kg: Mass of the whole robot.
+        tick: The tick.
+    """
+    marks = things.marks
+    first, last = marks[NEAR_FIXED], marks[NEAR_FIXED] + marks[NEAR_MOVERS]
+    for place in range(first, last):
+        hurry(things, things.near[place], STEP_S)
+    pressed = _touch(things, state, (mass_kg, mass_kg * body.gyration_m2), tick)
+    for place in range(first, last):
+        move_on(things, things.near[place], STEP_S)
     return pressed

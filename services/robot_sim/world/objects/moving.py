@@ -81,7 +81,7 @@ def _choose_target(mover: Floats, figures: Floats, points: Floats, state: BodySt
         return False
     if motion == PATH:
         count = int(figures[M_POINTS])
-        if stage > 0 and arrived and (stage < count or figures[M_LOOP] > 0.0) or stage == 0:
+        if (stage > 0 and arrived and (stage < count or figures[M_LOOP] > 0.0)) or stage == 0:
             target = points[int(figures[M_FIRST]) + stage % count]
             mover[TARGET_EAST], mover[TARGET_NORTH], mover[STAGE] = target[0], target[1], stage + 1
             return True
@@ -125,21 +125,29 @@ def choose_velocities(things: Things, states: Sequence[BodyState], seed: int, ti
 
 
 @borrowing
-def hurry(mover: Floats, figures: Floats, wanted: Floats, duration_s: float) -> None:
+def hurry(things: Things, mover: int, duration_s: float) -> None:
     """Change a mover's velocity towards the wanted one, as its feet or the ground allow.
 
     Args:
-        mover: (MOVER_COLUMNS,) updated.
-        figures: (MOVER_FIGURES,) constants.
-        wanted: (2,) wanted velocity [m/s].
+        things: The mover's velocity is updated.
+        mover: Its index.
         duration_s: Time that passes.
     """
-    east, north = wanted[0] - mover[EAST_MPS], wanted[1] - mover[NORTH_MPS]
+    at, wanted = things.movers[mover], things.wanted[mover]
+    east, north = wanted[0] - at[EAST_MPS], wanted[1] - at[NORTH_MPS]
     change = math.sqrt(east * east + north * north)
-    most = figures[M_HOLD] * duration_s
+    most = things.figures[mover, M_HOLD] * duration_s
     share = most / change if change > most else 1.0
-    mover[EAST_MPS] += share * east
-    mover[NORTH_MPS] += share * north
+    at[EAST_MPS] += share * east
+    at[NORTH_MPS] += share * north
+
+
+@borrowing
+def move_on(things: Things, mover: int, duration_s: float) -> None:
+    """Move a mover on at its velocity, as `hurry`."""
+    at = things.movers[mover]
+    at[EAST] += at[EAST_MPS] * duration_s
+    at[NORTH] += at[NORTH_MPS] * duration_s
 
 
 @borrowing
@@ -170,10 +178,10 @@ def _keep_out(mover: Floats, figures: Floats, grid: SolidGrid, soft: Floats) -> 
         return
     reach = figures[M_RADIUS]
     east, north = mover[EAST] - grid.corner[0], mover[NORTH] - grid.corner[1]
-    west_cell = max(int(math.floor((east - reach) / grid.cell_m)), 0)
-    south_cell = max(int(math.floor((north - reach) / grid.cell_m)), 0)
-    east_cell = min(int(math.floor((east + reach) / grid.cell_m)), grid.size[0] - 1)
-    north_cell = min(int(math.floor((north + reach) / grid.cell_m)), grid.size[1] - 1)
+    west_cell = max(math.floor((east - reach) / grid.cell_m), 0)
+    south_cell = max(math.floor((north - reach) / grid.cell_m), 0)
+    east_cell = min(math.floor((east + reach) / grid.cell_m), grid.size[0] - 1)
+    north_cell = min(math.floor((north + reach) / grid.cell_m), grid.size[1] - 1)
     for row in range(south_cell, north_cell + 1):
         for column in range(west_cell, east_cell + 1):
             cell = row * grid.size[0] + column
@@ -219,14 +227,6 @@ def settle_collisions(things: Things) -> None:
 
 @borrowing
 def walk(things: Things, mover: int, duration_s: float) -> None:
-    """Move a mover on, by its own means.
-
-    Args:
-        things: The mover's place and velocity are updated.
-        mover: Its index.
-        duration_s: Time that passes.
-    """
-    at = things.movers[mover]
-    hurry(at, things.figures[mover], things.wanted[mover], duration_s)
-    at[EAST] += at[EAST_MPS] * duration_s
-    at[NORTH] += at[NORTH_MPS] * duration_s
+    """Move a mover by its own means: `hurry`, then `move_on`."""
+    hurry(things, mover, duration_s)
+    move_on(things, mover, duration_s)

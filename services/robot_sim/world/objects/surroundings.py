@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.scenario_objects import FollowPath, Intercept, Motion, ScenarioObject, StepInFront, Wander
+from touchline.schemas.sensor_names import BUMPER_STRIP
 from touchline.schemas.template import Polygon
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.world.objects import things as t
@@ -61,6 +62,8 @@ class Surroundings:
 
     Attributes:
         things: Arrays for kernels.
+        vehicle: The robot.
+        strips: Names of its bumper strips, in the order of `Things.pressed_n`.
     """
 
     things: t.Things
@@ -79,10 +82,10 @@ class Surroundings:
         self._outline = _outline(vehicle.body.footprint_m)
         self._reach_m = float(np.hypot(*self._outline[:, :2].T).max())
         self._centre_x_m = centre_x_m
-        self._strips: Floats = np.array(
-            [(each.from_m, each.to_m, each.least_n) for each in vehicle.sensors if each.kind == "bumper-strip"],
-            dtype=np.float64,
-        ).reshape(-1, 3)
+        strips = [each for each in vehicle.sensors if each.kind == BUMPER_STRIP]
+        self.vehicle, self.strips = vehicle, tuple(each.name for each in strips)
+        rows = [(each.from_m, each.to_m, each.least_n) for each in strips]
+        self._strips: Floats = np.array(rows, dtype=np.float64).reshape(-1, 3)
         self._trail: Floats = np.zeros((t.POSES, 3))
         self.surround(())
 
@@ -141,7 +144,10 @@ class Surroundings:
             tick: The last tick.
         """
         count = int(self.things.marks[t.NEW_CONTACTS])
-        return [Contact(tick, self._names[int(row[t.C_THING])], *row[t.C_EAST :].tolist()) for row in self.things.log[:count]]
+        return [
+            Contact(tick, self._names[int(row[t.C_THING])], *row[t.C_EAST :].tolist())
+            for row in self.things.log[:count]
+        ]
 
 
 class _Fixed(NamedTuple):
