@@ -121,6 +121,19 @@ class CameraOutage(Fault):
     kind: Literal["camera-outage"]
 
 
+class LidarBlind(Fault):
+    """No beam of any lidar has a return: dirt or water on its window. Its scans arrive as before."""
+
+    kind: Literal["lidar-blind"]
+
+
+class LidarFalseReturns(Fault):
+    """This share of the beams of every lidar has a false return in each scan: heavy rain, dust, insects."""
+
+    kind: Literal["lidar-false-returns"]
+    share: Annotated[float, Field(gt=0, le=0.2)] = 0.005
+
+
 class MessagesLate(Fault):
     """Every message of a sensor arrives later by `delay_s`."""
 

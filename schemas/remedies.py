@@ -9,7 +9,7 @@ from touchline.schemas.given_angles import instead_of_degrees
 Told = tuple[str, str]
 """(problem as a predicate, remedy)."""
 
-_POINTS = frozenset({"start", "end", "center", "corners", "outline"})
+_POINTS = frozenset({"start", "end", "center", "corners", "outline", "points", "corner", "opposite"})
 """Fields whose numbers are coordinates in m."""
 _ANGLES = frozenset({"sweep_angle"})
 _UNITS = {

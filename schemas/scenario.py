@@ -8,6 +8,7 @@ from touchline.schemas.faults import AnyFault, Share
 from touchline.schemas.given_angles import Angle
 from touchline.schemas.kinds import of_its_kind
 from touchline.schemas.plugins import SENSORS
+from touchline.schemas.scenario_objects import ScenarioObject
 from touchline.schemas.sensor_truth import SensorTruth
 from touchline.schemas.spec import GrownSpec, Spec
 
@@ -266,8 +267,10 @@ class Scenario(GrownSpec):
 
     sensors: Annotated[tuple[_Sensor, ...], Field(max_length=20)] = ()
     """Auxiliary sensors, by their kinds; a kind that is not here is as by default."""
+    objects: Annotated[tuple[ScenarioObject, ...], Field(max_length=1000)] = ()
+    """Things, people and animals in the robot's way or beside it."""
 
-    later_fields = ("camera", "sensors")
+    later_fields = ("camera", "sensors", "objects")
 
     @model_validator(mode="before")
     @classmethod

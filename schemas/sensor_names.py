@@ -1,4 +1,4 @@
-"""Names in `SENSORS` of the sensors that are part of the robot, and not auxiliary ones."""
+"""Names in `SENSORS`: of the sensors that are part of the robot, then of auxiliary ones that it knows more of."""
 
 from typing import Final
 
@@ -7,3 +7,7 @@ IMU: Final = "imu"
 MAGNETOMETER: Final = "magnetometer"
 ENCODER: Final = "encoder"
 CAMERA: Final = "camera"
+
+LIDAR: Final = "lidar"
+RANGER: Final = "ranger"
+BUMPER_STRIP: Final = "bumper-strip"

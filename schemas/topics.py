@@ -117,6 +117,9 @@ GNSS_STATUS = Topic("gnss/status", m.GnssStatus, 10, latched=True, units="m, s",
 CAMERA_POSE = Topic("camera/pose", m.PoseWithCovarianceStamped, 15, units="m, rad", tolerance=1e-9, general=False)
 #: Of auxiliary sensors, if the vehicle has any.
 SENSOR_SAMPLE = Topic("sensors/samples", m.SensorSample, tolerance=1e-9, general=False)
+#: Of lidars and ultrasonic rangers; the frame is the sensor's name.
+SCAN = Topic("scan", m.LaserScan, units="m, rad", tolerance=1e-6, general=False)
+RANGE = Topic("range", m.Range, units="m, rad", tolerance=1e-6, general=False)
 IMU = Topic("imu/data_raw", m.Imu, 100, units="rad/s, m/s2", tolerance=1e-9)
 MAGNETIC_FIELD = Topic("imu/mag", m.MagneticField, 100, units="T", tolerance=1e-12)
 JOINT_STATES = Topic("joint_states", m.JointState, 100, units="rad, rad/s", tolerance=1e-9)
@@ -132,6 +135,10 @@ PAINT = Topic("truth/paint", m.PaintMarks, 10, units="m", tolerance=1e-6)
 #: These two of a vehicle whose tool covers areas, on a template that has some.
 AREA = Topic("truth/area", m.AreaProgress, 1, latched=True, units="m2, %", tolerance=1e-6, general=False)
 AREA_REPORT = Topic("truth/area_report", m.AreaReport, latched=True, units="m2, %, m", tolerance=1e-6, general=False)
+#: Of a traversal in which the robot has touched anything.
+CONTACT_REPORT = Topic(
+    "truth/contact_report", m.ContactReport, latched=True, units="m, m/s, J", tolerance=1e-6, general=False
+)
 STATUS = Topic("traversal/status", m.TraversalStatus, 10, latched=True, units="m, s", tolerance=1e-6)
 #: Of a robot that pauses.
 PAUSE_STATUS = Topic("traversal/pause_status", m.PauseStatus, latched=True, units="s", general=False)

@@ -1,6 +1,7 @@
 """ROS 2 messages as pydantic models, one class per ROS type."""
 
 from touchline.schemas.messages.base import Message
+from touchline.schemas.messages.contact_messages import ContactReport, ThingContact
 from touchline.schemas.messages.coverage_messages import AreaProgress, AreaReport, MissedPatch, PlannedCoverage
 from touchline.schemas.messages.parameter_messages import (
     DescribeParametersRequest,
@@ -76,6 +77,7 @@ from touchline.schemas.messages.standard import (
     Imu,
     JointState,
     KeyValue,
+    LaserScan,
     MagneticField,
     NavSatFix,
     NavSatStatus,
@@ -86,6 +88,7 @@ from touchline.schemas.messages.standard import (
     PoseWithCovariance,
     PoseWithCovarianceStamped,
     Quaternion,
+    Range,
     String,
     Time,
     Twist,
@@ -178,6 +181,7 @@ __all__ = [
     "CommandRequest",
     "CommandResponse",
     "CompressedImage",
+    "ContactReport",
     "CurveMessage",
     "CurveType",
     "DescribeParametersRequest",
@@ -209,6 +213,7 @@ __all__ = [
     "IntegerRange",
     "JointState",
     "KeyValue",
+    "LaserScan",
     "LeavingTrajectory",
     "LeftOutStretch",
     "Line",
@@ -249,6 +254,7 @@ __all__ = [
     "PoseWithCovarianceStamped",
     "Progress",
     "Quaternion",
+    "Range",
     "RecordRequest",
     "RecordResponse",
     "RecordStopRequest",
@@ -286,6 +292,7 @@ __all__ = [
     "TeamStatus",
     "TeamTaskRequest",
     "TeamTaskResponse",
+    "ThingContact",
     "Time",
     "Trajectory",
     "TransformMessage",

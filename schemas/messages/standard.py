@@ -199,6 +199,35 @@ class MagneticField(Message):
     magnetic_field_covariance: Covariance9 = zeros(9)
 
 
+class LaserScan(Message):
+    """Ranges of a lidar (m), counter-clockwise; infinite without a return. The stamp is the time of the first beam."""
+
+    ros_type: ClassVar[str] = "sensor_msgs/msg/LaserScan"
+    header: Header = Header()
+    angle_min: float = 0.0
+    angle_max: float = 0.0
+    angle_increment: float = 0.0
+    time_increment: float = 0.0
+    scan_time: float = 0.0
+    range_min: float = 0.0
+    range_max: float = 0.0
+    ranges: Float32Array = Field(default_factory=lambda: zeros(0).astype("float32"))
+    intensities: Float32Array = Field(default_factory=lambda: zeros(0).astype("float32"))
+
+
+class Range(Message):
+    """Distance of the nearest thing in a cone (m); infinite without an echo."""
+
+    ros_type: ClassVar[str] = "sensor_msgs/msg/Range"
+    ULTRASOUND: ClassVar[int] = 0
+    header: Header = Header()
+    radiation_type: UInt8 = 0
+    field_of_view: float = 0.0
+    min_range: float = 0.0
+    max_range: float = 0.0
+    range: float = 0.0
+
+
 class JointState(Message):
     """Wheel angles (rad) and rates (rad/s)."""
 

@@ -34,9 +34,10 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
-from touchline.schemas.template import Template
+from touchline.schemas.template import Polygon, Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.accounting.area_account import AreaAccount, area_account
+from touchline.services.robot_sim.contact_account import contact_event
 from touchline.services.robot_sim.estimator_error import EstimatorError
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.initial_state import InitialState, RobotParts
@@ -52,6 +53,7 @@ from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.settling import RESTING_MPS, Settling
+from touchline.services.robot_sim.world.objects.surroundings import Contact
 from touchline.services.robot_sim.world.world import TruePose, World
 
 UNDER_WAY: Final = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
@@ -81,6 +83,7 @@ class Emulator:
         ledger, account, track: Accounts of the loaded traversal; `account` only if a covering tool works on areas in
             it.
         settling: Observation of the traversal after its end.
+        contacts: Contacts of the robot with things in the loaded traversal.
         frame: Sensor frame of the last tick of which all or the end was done here.
         command: Command of the computer in the last tick.
         estimator_error: Error of the estimate in the loaded traversal.
@@ -100,7 +103,7 @@ class Emulator:
         check_receiver(vehicle, scenario, self.config)
         self.world = World(vehicle, scenario)
         self.sensors = Sensors(vehicle, scenario)
-        self.auxiliary = AuxiliaryTruth(vehicle, scenario)
+        self.auxiliary = AuxiliaryTruth(vehicle, scenario, self.world.surroundings)
         self.samples: tuple[AuxiliarySample, ...] = ()
         self.faults = FaultTimeline(scenario.faults, vehicle.drive)
         self.onboard = onboard if onboard is not None else Onboard(vehicle, self.config, ask)
@@ -115,6 +118,8 @@ class Emulator:
         self.frame: SensorFrame | None = None
         self.command = standstill(len(vehicle.drive.actuators))
         self.settling = Settling()
+        self.contacts: list[Contact] = []
+        self._events: list[OnboardEvent] = []
         if scenario.start is not None:
             self.world.place(TruePose(scenario.start.x_m, scenario.start.y_m, scenario.start.heading_rad))
 
@@ -198,7 +203,8 @@ class Emulator:
         if earlier is not None:
             ledger.restore(earlier.paint, place_of(self.vehicle.tool.point_m, start))
         account = area_account(template, trajectory, self.vehicle)
-        return LoadedJob(course, start, ledger, account, resume, earlier, taking, cause)
+        obstacles = template.obstacles if template is not None else ()
+        return LoadedJob(course, start, ledger, account, resume, earlier, taking, cause, obstacles)
 
     def take(self, job: LoadedJob) -> float:
         """Take a prepared job; return its planned duration [s].
@@ -221,6 +227,7 @@ class Emulator:
         restored = restored_json(resume, earlier) if resume is not None else {}
         self._note("load", plan=cause, taking=job.taking.name.lower(), resumed=resume is not None, **restored)
         self.ledger, self.account, self.track = job.ledger, job.account, Track()
+        self._surround(job.obstacles)
         self.estimator_error = EstimatorError()
         if earlier is not None:
             self.estimator_error = EstimatorError(earlier.totals.errors)
@@ -287,8 +294,14 @@ class Emulator:
         self.initial = initial
         self._note("begin-guided")
         self.ledger, self.account, self.track = self._no_paint(), None, Track()
+        self._surround(())
         self.estimator_error = EstimatorError()
         self.settling.begin()
+
+    def _surround(self, obstacles: tuple[Polygon, ...]) -> None:
+        """Put the obstacles of a job into the world, and begin its account of contacts."""
+        self.world.surroundings.surround(obstacles)
+        self.contacts = []
 
     def take_guidance(self, guidance: Guidance) -> None:
         """Take guidance from the coordinator; do nothing if it cannot be used, or the robot is not guided."""
@@ -393,8 +406,9 @@ class Emulator:
         self.orders.note(self.tick_count, name, **details)
 
     def take_events(self) -> list[OnboardEvent]:
-        """Return and clear the events: faults that began and ended, then those of the onboard computer."""
-        return self.faults.take_events() + self.onboard.take_events()
+        """Return and clear the events: faults that began and ended, contacts, then those of the onboard computer."""
+        contacts, self._events = self._events, []
+        return self.faults.take_events() + contacts + self.onboard.take_events()
 
     def tick(self) -> None:
         """Run one tick of 10 ms."""
@@ -427,6 +441,9 @@ class Emulator:
             stage: SENSED or PERCEIVED: the part that is done.
         """
         self.frame = frame
+        for contact in self.world.surroundings.new_contacts(frame.tick):
+            self.contacts.append(contact)
+            self._events.append(contact_event(contact))
         if stage == SENSED:
             self.onboard.perceive(frame)
         self.command = yield from self.onboard.decide(frame.tick)

@@ -41,6 +41,7 @@ from touchline.services.robot_sim.sensors.sampling import Sensing, sense
 from touchline.services.robot_sim.sensors.transport import Transport
 from touchline.services.robot_sim.tick_log import Rows
 from touchline.services.robot_sim.world.effects import FIXED, Effects
+from touchline.services.robot_sim.world.objects.things import TOUCHED
 from touchline.services.robot_sim.world.physics import HeldCommand, WorldArrays, advance
 
 Floats = NDArray[np.float64]
@@ -240,6 +241,8 @@ def _perceive(progress: Sequence[TickProgress], hardware: Hardware, computer: Co
     advance(world, _held(computer), effects, tick)
     at.fixes = sense(Moment(world.state, effects, world.seed, tick), sensing)
     at.stage = SENSED
+    if world.things.marks[TOUCHED]:
+        return False
     if not _arrived_in_time(at.fixes, tick, sensing.transport):
         return False
     _read_frame(at.fixes, hardware, computer)

@@ -102,7 +102,7 @@ class RobotParts(NamedTuple):
             (COMPUTER, self.onboard.computer),
         ]
         found = {path: field for name, array in records for path, field in _leaves(name, array)}
-        return {path: field for path, field in found.items() if not _is_made(path)} | {"trace": world.trace}
+        return {path: field for path, field in found.items() if not _is_made(path)} | world.own_arrays
 
 
 def _leaves(path: str, array: NDArray[np.void]) -> Iterator[tuple[str, NDArray[Any]]]:
@@ -271,7 +271,7 @@ class InitialState(NamedTuple):
             numbers = field.astype(np.float64) if whole or path in _MOST else field
             if (whole or path in _MOST) and not ((numbers >= least) & (numbers <= most)).all():
                 raise ValueError(f"{path} is impossible")
-            if path.startswith(("body.", "drive.")) and not np.isfinite(numbers).all():
+            if path.startswith(("body.", "drive.", "movers", "trail")) and not np.isfinite(numbers).all():
                 raise ValueError(f"{path} is not finite")
 
 

@@ -24,6 +24,12 @@ BATTERY: Final = FixedLayout(m.BatteryState, {"header.frame_id": BODY_FRAME, "lo
 
 
 @lru_cache(maxsize=16)
+def scan(frame: str, beams: int) -> FixedLayout:
+    """Return the layout of a lidar's scans."""
+    return FixedLayout(m.LaserScan, {"header.frame_id": frame}, {"ranges": beams})
+
+
+@lru_cache(maxsize=16)
 def joint_states(joints: tuple[str, ...]) -> FixedLayout:
     """Return the layout of the states of these joints."""
     count = len(joints)

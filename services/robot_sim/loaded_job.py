@@ -11,7 +11,7 @@ from touchline.onboard.interface import Checkpoint
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Trajectory
 from touchline.schemas.plan_cause import PlanCause
-from touchline.schemas.template import DEFAULT_TOLERANCE_M, Template
+from touchline.schemas.template import DEFAULT_TOLERANCE_M, Polygon, Template
 from touchline.schemas.vehicles import ToolSpec, Vehicle
 from touchline.services.robot_sim.accounting.area_account import AreaAccount
 from touchline.services.robot_sim.paint.ledger import PaintLedger
@@ -41,6 +41,7 @@ class LoadedJob(NamedTuple):
         resume, earlier: Checkpoint and earlier work of a job that continues.
         taking: Way to get to the start.
         cause: Request that the plan was made from, if known.
+        obstacles: Obstacles of its template.
     """
 
     course: Any
@@ -51,6 +52,7 @@ class LoadedJob(NamedTuple):
     earlier: EarlierWork | None
     taking: Taking = Taking.CARRIED
     cause: PlanCause | None = None
+    obstacles: tuple[Polygon, ...] = ()
 
 
 def lines_and_start(

@@ -12,8 +12,10 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.frames import MAP_FRAME
+from touchline.schemas.sensor_names import LIDAR, RANGER
 from touchline.schemas.template import Template
 from touchline.schemas.topics import Topic
+from touchline.schemas.vehicles import SensorSpec
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.order_log import ObeyedOrder
@@ -91,26 +93,36 @@ def positions(sensors: Sensors) -> list[Payload]:
     return fixes + [camera_pose(sample) for sample in sensors.camera_poses]
 
 
-def sensor_samples(samples: Sequence[AuxiliarySample], kinds: Mapping[str, str]) -> list[Payload]:
+def sensor_samples(samples: Sequence[AuxiliarySample], specs: Mapping[str, SensorSpec]) -> list[Payload]:
     """Pack measurements of auxiliary sensors, stamped with their times.
 
     Args:
         samples: The measurements.
-        kinds: Kind of each sensor, by its name.
+        specs: Data sheet of each sensor, by its name.
     """
-    return [
-        (
-            topics.SENSOR_SAMPLE,
-            encode(
-                m.SensorSample(
-                    header=m.Header(stamp=m.Time.of_ns(round(each.stamp_s * 1e9)), frame_id=each.sensor),
-                    kind=kinds[each.sensor],
-                    values=each.values,
-                )
-            ),
+    return [_sensor_sample(each, specs[each.sensor]) for each in samples]
+
+
+def _sensor_sample(sample: AuxiliarySample, spec: SensorSpec) -> Payload:
+    if spec.kind == LIDAR:
+        beams = len(sample.values)
+        begin = stamp_of(sample.stamp_s - spec.scan_s)
+        last_rad, time_s = spec.first_rad + (beams - 1) * spec.step_rad, spec.scan_s / (beams - 1)
+        angles = (spec.first_rad, last_rad, spec.step_rad)
+        limits = (time_s, 1.0 / spec.rate_hz, spec.min_m, spec.max_m)
+        return topics.SCAN, layouts.scan(spec.name, beams).pack(*begin, *angles, *limits, *sample.values)
+    head = m.Header(stamp=m.Time.of_ns(round(sample.stamp_s * 1e9)), frame_id=sample.sensor)
+    if spec.kind == RANGER:
+        message = m.Range(
+            header=head,
+            radiation_type=m.Range.ULTRASOUND,
+            field_of_view=spec.cone_rad,
+            min_range=spec.min_m,
+            max_range=spec.max_m,
+            range=sample.values[0],
         )
-        for each in samples
-    ]
+        return topics.RANGE, encode(message)
+    return topics.SENSOR_SAMPLE, encode(m.SensorSample(header=head, kind=spec.kind, values=sample.values))
 
 
 def whereabouts(time: Stamp, message: m.Whereabouts) -> bytes:

@@ -20,6 +20,7 @@ from touchline.schemas.digest import SessionDigest
 from touchline.schemas.template import Template
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.accounting.area_metrics import area_metrics
+from touchline.services.robot_sim.contact_account import contact_report
 from touchline.services.robot_sim.drive_log import DriveLog
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.packing import (
@@ -28,6 +29,7 @@ from touchline.services.robot_sim.packing import (
     about_to_move,
     event_payload,
     gnss,
+    header,
     job_payloads,
     order_payload,
     paint_payloads,
@@ -190,7 +192,7 @@ class Telemetry:
             reported = None
         if self._drive_log is not None:
             self._drive_log.take(self._log[first : self._held], reported)
-        due = sensor_samples(emulator.samples, emulator.auxiliary.kinds)
+        due = sensor_samples(emulator.samples, emulator.auxiliary.specs)
         if tick % WHEREABOUTS_TICKS == 0 and (message := emulator.onboard.whereabouts) is not None:
             due.append((topics.WHEREABOUTS, whereabouts(time, message)))
         if tick % _PAINT_TICKS == 0:
@@ -362,6 +364,7 @@ class Telemetry:
             ledger,
             partial(smearing, ledger, track, emulator.vehicle),
             partial(area_metrics, account, ledger, track) if account is not None else None,
+            contact_report(header(emulator.tick_count), emulator.contacts),
             self.digest.copy(),
         )
 

@@ -20,15 +20,17 @@ from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint
 
 
 class Reports(NamedTuple):
-    """Reports of a traversal; `area` if a covering tool has worked on areas."""
+    """Reports of a traversal; `area` if a covering tool has worked on areas, `contacts` if there were any."""
 
     traversal: m.TraversalReport
     area: m.AreaReport | None
+    contacts: m.ContactReport | None
 
     def payloads(self) -> list[Payload]:
-        """Pack them; that of the areas comes first, because that of the traversal ends the session."""
+        """Pack them; that of the traversal comes last, because it ends the session."""
         areas = [(topics.AREA_REPORT, encode(self.area))] if self.area is not None else []
-        return [*areas, (topics.REPORT, encode(self.traversal))]
+        contacts = [(topics.CONTACT_REPORT, encode(self.contacts))] if self.contacts is not None else []
+        return [*areas, *contacts, (topics.REPORT, encode(self.traversal))]
 
 
 class Figures(NamedTuple):
@@ -41,6 +43,7 @@ class Figures(NamedTuple):
         ledger: Paint.
         smearing: Computes the smears of it.
         areas: Computes the figures of areas that a covering tool has worked on, if there are any.
+        contacts: Report of contacts with things, if there were any.
         digest: Hash of the messages until then.
     """
 
@@ -50,11 +53,15 @@ class Figures(NamedTuple):
     ledger: PaintLedger
     smearing: Callable[[], Smearing]
     areas: Callable[[], AreaMetrics] | None
+    contacts: m.ContactReport | None
     digest: SessionDigest
 
     def reports(self) -> Reports:
         """Compute the reports; takes a moment."""
-        return self._of_areas(self.areas()) if self.areas is not None else Reports(self._of_lines(), None)
+        made = Reports(self._of_lines(), None, self.contacts) if self.areas is None else self._of_areas(self.areas())
+        if self.contacts is None or not self.contacts.while_moving:
+            return made
+        return made._replace(traversal=made.traversal.model_copy(update={"success": False}))
 
     def final_reports(self) -> Reports:
         """Compute the reports; that of the traversal has the hash of all messages of the session, both included."""
@@ -73,7 +80,7 @@ class Figures(NamedTuple):
                 "follower_fallbacks": status.follower_fallbacks,
             }
         )
-        return Reports(traversal, area_report(head, metrics))
+        return Reports(traversal, area_report(head, metrics), self.contacts)
 
     def _of_lines(self) -> m.TraversalReport:
         metrics, smearing, status = paint_metrics(self.ledger), self.smearing(), self.status

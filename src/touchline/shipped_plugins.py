@@ -14,7 +14,7 @@ from touchline.schemas.plugins import (
     TOOLS,
     KindParts,
 )
-from touchline.schemas.sensor_names import CAMERA, ENCODER, GNSS, IMU, MAGNETOMETER
+from touchline.schemas.sensor_names import BUMPER_STRIP, CAMERA, ENCODER, GNSS, IMU, LIDAR, MAGNETOMETER, RANGER
 
 _VEHICLES = "touchline.schemas.vehicles"
 _DRIVES = "touchline.services.planner.drives"
@@ -68,6 +68,32 @@ SENSORS.register(IMU, "rates and accelerations", None)
 SENSORS.register(MAGNETOMETER, "the magnetic field", None)
 SENSORS.register(ENCODER, "angles of the drive's actuators", None)
 SENSORS.register(CAMERA, "poses by the camera overhead", None)
+SENSORS.register(
+    LIDAR,
+    "ranges to things all round, in a plane above the ground",
+    KindParts(
+        "touchline.schemas.vehicles.lidar_spec:LidarSpec",
+        truth="touchline.schemas.lidar_truth:LidarTruth",
+        world="touchline.services.robot_sim.sensors.lidar_in_world:LidarInWorld",
+    ),
+)
+SENSORS.register(
+    RANGER,
+    "distance of the nearest thing in a cone, by ultrasound",
+    KindParts(
+        "touchline.schemas.vehicles.ranger_spec:RangerSpec",
+        truth="touchline.schemas.ranger_truth:RangerTruth",
+        world="touchline.services.robot_sim.sensors.ranger_in_world:RangerInWorld",
+    ),
+)
+SENSORS.register(
+    BUMPER_STRIP,
+    "a stretch of the outline that feels contacts",
+    KindParts(
+        "touchline.schemas.vehicles.bumper_strip_spec:BumperStripSpec",
+        world="touchline.services.robot_sim.sensors.bumper_strip_in_world:BumperStripInWorld",
+    ),
+)
 # Kind, line for people, class of its fields; the function that applies it has the kind's name.
 for _kind, _summary, _fields, _module in (
     ("gnss-outage", "the GNSS receiver has no position", "GnssOutage", "gnss_faults"),
@@ -76,6 +102,8 @@ for _kind, _summary, _fields, _module in (
     ("gnss-wrong-fix", "the GNSS has a wrong fix", "GnssWrongFix", "gnss_faults"),
     ("gnss-noisy", "the GNSS is disturbed", "GnssNoisy", "gnss_faults"),
     ("camera-outage", "the camera does not see the robot", "CameraOutage", "sensor_faults"),
+    ("lidar-blind", "the lidars see nothing", "LidarBlind", "sensor_faults"),
+    ("lidar-false-returns", "the lidars see what is not there", "LidarFalseReturns", "sensor_faults"),
     ("messages-late", "messages come late", "MessagesLate", "message_faults"),
     ("messages-duplicated", "messages come twice", "MessagesDuplicated", "message_faults"),
     ("messages-reordered", "messages come out of order", "MessagesReordered", "message_faults"),

@@ -1,4 +1,4 @@
-"""Faults of the IMU, of the magnetometer and of the overhead camera."""
+"""Faults of the IMU, of the magnetometer, of the overhead camera and of lidars."""
 
 from __future__ import annotations
 
@@ -12,6 +12,16 @@ from touchline.services.robot_sim.world.effects import Effects
 def camera_outage(_fault: f.CameraOutage, effects: Effects, _acting: Acting) -> None:
     """Withhold the camera's poses; see `ApplyFault`."""
     effects.camera_out = True
+
+
+def lidar_blind(_fault: f.LidarBlind, effects: Effects, _acting: Acting) -> None:
+    """Take all returns; see `ApplyFault`."""
+    effects.lidar_blind = True
+
+
+def lidar_false_returns(fault: f.LidarFalseReturns, effects: Effects, _acting: Acting) -> None:
+    """Add false returns: the largest share counts; see `ApplyFault`."""
+    effects.lidar_false_share = max(effects.lidar_false_share, fault.share)
 
 
 def imu_bias(fault: f.ImuBias, effects: Effects, _acting: Acting) -> None:

@@ -18,6 +18,7 @@ from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.transport import latency_ticks
 from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.effects import MOST_SENSORS, Effects
+from touchline.services.robot_sim.world.objects.surroundings import Surroundings
 
 _NEVER = 1 << 60
 
@@ -54,7 +55,12 @@ class WorldSensor:
         spec: Data sheet.
         truth: Errors, and objects to measure.
         draw: Random numbers.
+
+    Attributes:
+        surroundings: Things around the robot, and its true poses of the last second; set when the sensor is mounted.
     """
+
+    surroundings: Surroundings
 
     def __init__(self, spec: SensorSpec, truth: SensorTruth, draw: Draw) -> None:
         self.spec, self.truth, self.draw = spec, truth, draw
@@ -104,14 +110,14 @@ class AuxiliaryTruth:
 
     Attributes:
         next_tick: Next tick at whose end a sensor measures or a measurement arrives.
-        kinds: Kind of each sensor, by its name.
+        specs: Data sheet of each sensor, by its name.
     """
 
-    def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
+    def __init__(self, vehicle: Vehicle, scenario: Scenario, surroundings: Surroundings) -> None:
         """Mount the sensors of a vehicle in the world of a scenario."""
         truths = {truth.kind: truth for truth in scenario.sensors}
-        self._mounted = tuple(_mounted(spec, truths.get(spec.kind), scenario) for spec in vehicle.sensors)
-        self.kinds = {spec.name: spec.kind for spec in vehicle.sensors}
+        self._mounted = tuple(_mounted(spec, truths.get(spec.kind), scenario, surroundings) for spec in vehicle.sensors)
+        self.specs = {spec.name: spec for spec in vehicle.sensors}
         self._seed = scenario.seed
         self._delays: Callable[..., tuple[int, int]] | None = None
         if self._mounted:  # compiled now: later, the robot would have to wait for it
@@ -165,17 +171,20 @@ class AuxiliaryTruth:
             under_way: Measurements; those of sensors that the vehicle does not have are left out.
             tick: Tick that has ended; measurements that arrived by then are left out.
         """
-        self._under_way = [each for each in under_way if each.arrival_tick > tick and each.sample.sensor in self.kinds]
+        self._under_way = [each for each in under_way if each.arrival_tick > tick and each.sample.sensor in self.specs]
         self._plan(tick)
 
 
-def _mounted(spec: SensorSpec, truth: SensorTruth | None, scenario: Scenario) -> _Mounted:
+def _mounted(spec: SensorSpec, truth: SensorTruth | None, scenario: Scenario, surroundings: Surroundings) -> _Mounted:
     made = part_for(SENSORS, spec.kind, "world")
     if truth is None:
-        truth = part_for(SENSORS, spec.kind, "truth")()
+        told = SENSORS.find(spec.kind)
+        truth = part_for(SENSORS, spec.kind, "truth")() if told and told.truth else SensorTruth(kind=spec.kind)
     draw = Draw(scenario.seed, crc32(spec.name.encode()) << 16, scenario.noise == "none")
     number, delay_ticks = SENSORS.number(spec.kind), math.ceil(spec.latency_s * TICKS_PER_S - 1e-7)
     if number >= MOST_SENSORS:
         remedy = f"uninstall packages that bring sensors: {MOST_SENSORS} kinds are the most"
         raise SpecError("vehicle", "sensors.kind", f"is {spec.kind!r}, of too many kinds that are registered", remedy)
-    return _Mounted(made(spec, truth, draw), TICKS_PER_S // spec.rate_hz, delay_ticks, number)
+    sensor = made(spec, truth, draw)
+    sensor.surroundings = surroundings
+    return _Mounted(sensor, TICKS_PER_S // spec.rate_hz, delay_ticks, number)

@@ -104,7 +104,7 @@ class Sensors:
             tick - imu_tick,
             tick - mag_tick,
             tick - encoder_tick,
-            effects.bumper,
+            effects.bumper or state.bumper,
             state.battery_wh / self._battery_wh,
             state.tank_l,
             not effects.operator_lost,

@@ -63,6 +63,8 @@ class BodyState(Record):
     up_z: float
     height_m: float
     """Height above the plane of the origin."""
+    bumper: bool
+    """True if a thing pressed the bumper in the last tick."""
 
 
 class BodyFigures(NamedTuple):

@@ -93,6 +93,10 @@ class Effects(Record):
     field_north_t: float
     encoder_out: Annotated[Integers, ACTUATORS]
     """1 for an encoder that counts nothing, else 0."""
+    lidar_blind: bool
+    """True if no beam of a lidar has a return."""
+    lidar_false_share: float
+    """Share of the beams with a false return, in addition to the scenario's."""
     messages: MessageEffects
 
     def reset(self, **values: Any) -> None:

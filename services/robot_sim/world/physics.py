@@ -1,7 +1,7 @@
 """Physics of a robot in steps of 1 ms: one kernel call per onboard tick.
 
-A step is: the drive's response to its commands (`drives/`), then the pose along the mean of the old and the new speeds,
-then the tool (`tools/`).
+A step is: the drive's response to its commands (`drives/`), then contacts with things (`objects/`), then the pose along
+the mean of the old and the new speeds, then the tool (`tools/`).
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ from touchline.services.robot_sim.world.body import (
 )
 from touchline.services.robot_sim.world.drives.world_drive import actuate, begin_tick, roll_on
 from touchline.services.robot_sim.world.effects import Effects
+from touchline.services.robot_sim.world.objects.contacts import press
+from touchline.services.robot_sim.world.objects.things import Things
+from touchline.services.robot_sim.world.objects.tick import begin_things, end_things
 from touchline.services.robot_sim.world.tools.world_tool import work
 
 Floats = NDArray[np.float64]
@@ -53,6 +56,8 @@ class WorldArrays(NamedTuple):
     """Tool's point during the last tick, `body.TRACE_SHAPE`."""
     seed: int
     """Seed of the scenario."""
+    things: Things
+    """Things around the robot."""
 
 
 class HeldCommand(NamedTuple):
@@ -172,11 +177,14 @@ def advance(world: WorldArrays, command: HeldCommand, faults: Sequence[Effects],
     speed_before, side_before, heading_before = state.speed_mps, state.side_speed_mps, state.heading_rad
     turned_x, turned_y, energy_j = 0.0, 0.0, 0.0
     _trace_row(state, body, math.cos(state.heading_rad), math.sin(state.heading_rad), 0.0, trace[0])
+    met = begin_things(world.things, world.state, world.seed, tick)
     late = math.floor(command.valve_after_s / STEP_S + 0.5)
     for step in range(STEPS):
         speed, side, yaw_rate = state.speed_mps, state.side_speed_mps, state.yaw_rate_radps
         energy_j += (body.idle_w + actuate(drive, state, own, body, effects, command.actuators)) * STEP_S
         roll_on(drive, state, own, body, effects, mass)
+        if met and press(world.things, state, body, mass, tick):  # moved by its new speeds alone, nothing gets in
+            speed, side, yaw_rate = state.speed_mps, state.side_speed_mps, state.yaw_rate_radps
         speed, side = 0.5 * (speed + state.speed_mps), 0.5 * (side + state.side_speed_mps)
         yaw_rate = 0.5 * (yaw_rate + state.yaw_rate_radps)
         _move(state, body, speed, side, yaw_rate)
@@ -193,3 +201,4 @@ def advance(world: WorldArrays, command: HeldCommand, faults: Sequence[Effects],
         (state.side_speed_mps - side_before) / duration + turned_y / STEPS + GRAVITY_MPS2 * state.up_y
     )
     tilt(state, body)
+    end_things(world.things, state, tick)

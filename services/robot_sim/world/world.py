@@ -16,6 +16,7 @@ from touchline.services.robot_sim.world import body, physics
 from touchline.services.robot_sim.world.constants import constants
 from touchline.services.robot_sim.world.drives.world_drive import world_drive
 from touchline.services.robot_sim.world.effects import Effects
+from touchline.services.robot_sim.world.objects.surroundings import Surroundings
 from touchline.services.robot_sim.world.tools.world_tool import world_tool
 
 
@@ -41,12 +42,12 @@ class World:
         scenario: Seed, ground, errors of the chassis and slip; its `effective()` form is used.
 
     Attributes:
-        arrays: State and constants, for `physics.advance`.
         state: True state of the body.
         drive: True state of the drive: its `WorldDrive.state`.
         trace: body.TRACE_SHAPE, the tool's point during the last tick.
         figures: Constants.
         no_effects: Effects without faults.
+        surroundings: Objects and obstacles around it.
 
     Raises:
         SpecError: The vehicle's drive or tool cannot be emulated.
@@ -55,6 +56,7 @@ class World:
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
         scenario = scenario.effective()
         self._drive = world_drive(vehicle, scenario)
+        self._sees = bool(vehicle.sensors)
         self._count = len(vehicle.drive.actuators)
         self.state = body.BodyState.sized(self._count)()
         self.no_effects = Effects.sized(self._count)()
@@ -63,17 +65,34 @@ class World:
         self.figures = physics.WorldFigures(
             constants(vehicle, scenario), self._drive.figures, world_tool(vehicle).figures
         )
-        self.arrays = physics.WorldArrays(self.figures, self.state.array, self.drive.array, self.trace, scenario.seed)
+        self.surroundings = Surroundings(vehicle, scenario, self._drive.centre_x_m)
+        self._seed = scenario.seed
         self._full_l, self._full_wh = vehicle.tool.capacity_l, vehicle.body.battery_wh
         self.refill_tank()
         self.replace_battery()
         self.place(TruePose(0.0, 0.0, 0.0))
 
     @property
+    def arrays(self) -> physics.WorldArrays:
+        """State and constants, for `physics.advance`."""
+        things = self.surroundings.things
+        return physics.WorldArrays(self.figures, self.state.array, self.drive.array, self.trace, self._seed, things)
+
+    @property
     def pose(self) -> TruePose:
         """True pose of the robot."""
         state = self.state
         return TruePose(state.east_m, state.north_m, state.heading_rad)
+
+    @property
+    def own_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Arrays of its state that are no records, by name: views."""
+        things, found = self.surroundings.things, {"trace": self.trace}
+        if len(things.movers):
+            found["movers"] = things.movers
+        if self._sees:
+            found["trail"] = things.trail
+        return found
 
     @property
     def supplies(self) -> tuple[float, float, float, float]:
@@ -101,6 +120,7 @@ class World:
         state.speed_mps = state.side_speed_mps = state.yaw_rate_radps = 0.0
         self._drive.rest()
         physics.tilt(state.array[0], self.figures.body)
+        self.surroundings.carry(pose)
 
     def step(self, command: Command, tick: int, effects: Effects | None = None) -> None:
         """Advance by one onboard tick.

@@ -230,7 +230,7 @@ def _driven(
     computer = Onboard(setup.vehicle, setup.onboard, follower=_follower_of(follower))
     emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, computer)
     done = simulate_with(emulator, job, products, progress)
-    reason = done.reason or failing(done.report, done.area)
+    reason = done.reason or failing(done.report, done.area, done.contacts)
     return Run(
         planned,
         setup,

@@ -47,6 +47,9 @@ PART_OF: Final[Mapping[str, str]] = {
     topics.GNSS_STATUS.name: SENSORS,
     topics.CAMERA_POSE.name: SENSORS,
     topics.SENSOR_SAMPLE.name: SENSORS,
+    topics.SCAN.name: SENSORS,
+    topics.RANGE.name: SENSORS,
+    topics.CONTACT_REPORT.name: WORLD,
     topics.IMU.name: SENSORS,
     topics.MAGNETIC_FIELD.name: SENSORS,
     topics.JOINT_STATES.name: SENSORS,
@@ -81,7 +84,15 @@ TOLD_FROM_OUTSIDE: Final = frozenset(
 )
 """Events of the robot's process, which are not rebuilt."""
 _LATE: Final = frozenset(
-    each.name for each in (topics.GNSS_FIX, topics.GNSS_STATUS, topics.CAMERA_POSE, topics.SENSOR_SAMPLE)
+    each.name
+    for each in (
+        topics.GNSS_FIX,
+        topics.GNSS_STATUS,
+        topics.CAMERA_POSE,
+        topics.SENSOR_SAMPLE,
+        topics.SCAN,
+        topics.RANGE,
+    )
 )
 """Their stamps are times of measurement; their times of arrival matter, too."""
 _STANDING: Final = frozenset((topics.STATUS.name, topics.TRUE_COVERAGE.name))

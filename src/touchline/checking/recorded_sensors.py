@@ -27,6 +27,7 @@ from touchline.services.robot_sim.sensors.auxiliary_truth import AuxiliaryTruth
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.effects import Effects
+from touchline.services.robot_sim.world.objects.surroundings import Surroundings
 
 _GNSS_FIELDS = len(GnssSample._fields)
 
@@ -90,7 +91,7 @@ class RecordedSensors(Sensors):
             imu_age_ticks=frame.imu_age_ticks + late,
             mag_age_ticks=frame.mag_age_ticks + late,
             encoder_age_ticks=frame.encoder_age_ticks + late,
-            bumper=effects is not None and effects.bumper,
+            bumper=state.bumper or (effects is not None and effects.bumper),
             battery_fraction=state.battery_wh / self._full_wh,
             tank_l=state.tank_l,
             operator_alive=effects is None or not effects.operator_lost,
@@ -107,7 +108,7 @@ class RecordedAuxiliary(AuxiliaryTruth):
 
     def __init__(self, setup: Setup, samples: Mapping[int, tuple[AuxiliarySample, ...]]) -> None:
         """Serve recorded measurements."""
-        super().__init__(setup.vehicle, setup.scenario)
+        super().__init__(setup.vehicle, setup.scenario, Surroundings(setup.vehicle, setup.scenario, 0.0))
         self._samples = samples
 
     def step(self, tick: int, body: BodyState, effects: Effects) -> tuple[AuxiliarySample, ...]:

@@ -14,13 +14,14 @@ from touchline.core.geodesy import local_frame, to_local
 from touchline.onboard.computer_state import ReceivedFix
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
 from touchline.onboard.estimation.frame_series import FrameSeries
-from touchline.onboard.interface import ANGLES, MAG, SAMPLED, AuxiliarySample
+from touchline.onboard.interface import ANGLES, MAG, SAMPLED, TICKS_PER_S, AuxiliarySample
 from touchline.recordings.message_table import MessageTable
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.layout import FixedLayout
-from touchline.schemas.messages import SensorSample
+from touchline.schemas.messages import LaserScan, Range, SensorSample
+from touchline.schemas.messages.base import Message
 from touchline.schemas.setup import Setup
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.initial_state import InitialState
@@ -39,6 +40,8 @@ SENSED: Final = frozenset(
         topics.GNSS_STATUS,
         topics.CAMERA_POSE,
         topics.SENSOR_SAMPLE,
+        topics.SCAN,
+        topics.RANGE,
     )
 )
 """Topics from which frames are made."""
@@ -184,16 +187,28 @@ def auxiliary_samples(came: OfTopic) -> dict[int, tuple[AuxiliarySample, ...]]:
     Raises:
         NotRebuilt: A message cannot be decoded.
     """
-    messages = came.get(topics.SENSOR_SAMPLE.name)
     found: dict[int, tuple[AuxiliarySample, ...]] = {}
-    if messages is None:
-        return found
-    for log_time_ns, payload in zip(messages.log_time_ns.tolist(), messages.payloads.each(), strict=True):
-        try:
-            told = decode(SensorSample, payload)
-        except PayloadError as error:
-            raise NotRebuilt(f"{messages.topic} cannot be read today: {error}") from error
-        sample = AuxiliarySample(told.header.frame_id, told.header.stamp.seconds, tuple(told.values.tolist()))
-        tick = log_time_ns // TICK_NS
-        found[tick] = (*found.get(tick, ()), sample)
+    for topic in (topics.SENSOR_SAMPLE, topics.SCAN, topics.RANGE):
+        messages = came.get(topic.name)
+        if messages is None:
+            continue
+        for log_time_ns, payload in zip(messages.log_time_ns.tolist(), messages.payloads.each(), strict=True):
+            try:
+                sample = _sample(decode(topic.type, payload))
+            except PayloadError as error:
+                raise NotRebuilt(f"{messages.topic} cannot be read today: {error}") from error
+            tick = log_time_ns // TICK_NS
+            found[tick] = (*found.get(tick, ()), sample)
     return found
+
+
+def _sample(message: Message) -> AuxiliarySample:
+    """Return the measurement in a message."""
+    if isinstance(message, LaserScan):
+        lasts_s = message.time_increment * (len(message.ranges) - 1)
+        last_tick = round((message.header.stamp.seconds + lasts_s) * TICKS_PER_S)
+        return AuxiliarySample(message.header.frame_id, last_tick / TICKS_PER_S, tuple(message.ranges.tolist()))
+    if isinstance(message, Range):
+        return AuxiliarySample(message.header.frame_id, message.header.stamp.seconds, (message.range,))
+    assert isinstance(message, SensorSample)
+    return AuxiliarySample(message.header.frame_id, message.header.stamp.seconds, tuple(message.values.tolist()))

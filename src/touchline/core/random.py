@@ -29,6 +29,7 @@ STREAM_CAMERA: Final = 11  # errors, gaps and delays of a camera's poses
 STREAM_TEAM_START: Final = 12  # start poses of a team
 STREAM_RADIO: Final = 13  # loss and delay of messages between a team's robots and its coordinator
 STREAM_AUXILIARY: Final = 14  # of auxiliary sensors
+STREAM_OBJECTS: Final = 15  # ways of objects that wander
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -81,7 +82,7 @@ def uniform(seed: int, stream: int, tick: int, channel: int) -> float:
 
     Args:
         seed: Seed of the session.
-        stream: STREAM_CHASSIS to STREAM_AUXILIARY.
+        stream: STREAM_CHASSIS to STREAM_OBJECTS.
         tick: Tick of the draw.
         channel: Number within stream and tick.
     """
@@ -94,7 +95,7 @@ def normal(seed: int, stream: int, tick: int, channel: int) -> float:
 
     Args:
         seed: Seed of the session.
-        stream: STREAM_CHASSIS to STREAM_AUXILIARY.
+        stream: STREAM_CHASSIS to STREAM_OBJECTS.
         tick: Tick of the draw.
         channel: Number within stream and tick.
     """

@@ -52,6 +52,7 @@ class RearSteeredInWorld(WorldDrive):
         radius, base, offset = (normal(scenario.seed, STREAM_CHASSIS, 0, channel) for channel in range(3))
         ahead = motor.inertia_kgm2 + vehicle.mass_full_kg * drive.drum_radius_m**2
         self.state = RearSteeredState()
+        self.centre_x_m = -drive.wheelbase_m * (1.0 - drive.drum_load_share)
         self.figures = RearSteeredKernels(
             radius_m=drive.drum_radius_m * (1.0 + errors.wheel_radius_relative * radius),
             base_m=drive.wheelbase_m * (1.0 + errors.track_width_relative * base),

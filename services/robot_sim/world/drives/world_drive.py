@@ -26,10 +26,12 @@ class WorldDrive(ABC):
         figures: Constants of the drive, a named tuple whose class has the kernels `begin_tick`, `actuate` and `roll_on`
             below.
         state: True state of the drive beyond the body's.
+        centre_x_m: Centre of mass ahead of the body's origin.
     """
 
     figures: Any
     state: Record
+    centre_x_m: float = 0.0
 
     @abstractmethod
     def rest(self) -> None:

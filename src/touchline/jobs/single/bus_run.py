@@ -11,7 +11,14 @@ from typing import Any
 from touchline.bus import Bus, CallError, Inbox
 from touchline.bus.counters import Counters
 from touchline.jobs.recording.recording_end import end_recording, lacking
-from touchline.jobs.single.reports import failing, hash_figures, plan_figures, traversal_figures, work_report
+from touchline.jobs.single.reports import (
+    contact_figures,
+    failing,
+    hash_figures,
+    plan_figures,
+    traversal_figures,
+    work_report,
+)
 from touchline.jobs.single.stale_reports import JobMessageFilter
 from touchline.jobs.single.stall_detector import StallDetector
 from touchline.jobs.watcher import JobFailed, Watcher
@@ -20,6 +27,7 @@ from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.messages import (
     AreaReport,
     CommandRequest,
+    ContactReport,
     Event,
     GetDiagnosticsRequest,
     LoadRequest,
@@ -79,6 +87,8 @@ class BusRun:
     """Report of the traversal, once the job is done."""
     area: AreaReport | None = field(default=None, init=False)
     """Report of the areas, once the job is done, if a covering tool has worked on some."""
+    contacts: ContactReport | None = field(default=None, init=False)
+    """Report of contacts with things, once the job is done, if there were any."""
     _of_job: JobMessageFilter = field(default_factory=JobMessageFilter, init=False)
 
     def run(self) -> dict[str, Any]:
@@ -91,7 +101,7 @@ class BusRun:
             JobFailed: A service refused, died, or the robot stopped for good.
             CallError: A service did not answer.
         """
-        inbox = self.bus.inbox([topics.EVENTS, topics.AREA_REPORT, topics.REPORT])
+        inbox = self.bus.inbox([topics.EVENTS, topics.AREA_REPORT, topics.CONTACT_REPORT, topics.REPORT])
         latest = self.bus.inbox([topics.STATUS], keep="latest")
         pauses = self.bus.inbox([topics.PAUSE_STATUS], keep="latest")
         plan = self._plan()
@@ -175,6 +185,8 @@ class BusRun:
                     self.watcher.event(message.severity, f"{message.source}: {message.text}")
                 elif isinstance(message, AreaReport) and self._of_job.report(message):
                     self.area = message
+                elif isinstance(message, ContactReport) and self._of_job.report(message):
+                    self.contacts = message
                 elif isinstance(message, TraversalReport) and self._of_job.report(message):
                     return next(_statuses(latest), status), message
             status = next(_statuses(latest), status)
@@ -226,10 +238,11 @@ class BusRun:
             "success": report.success and not lacking,
             "reason": status.reason
             or (lacking and f"the recording is not complete: {lacking}")
-            or failing(report, self.area),
+            or failing(report, self.area, self.contacts),
             "plan": plan_figures(plan.report),
             "traversal": traversal_figures(report, wall_s),
             **work_report(report, self.area, plan.report),
+            **contact_figures(self.contacts),
             "bus": self._bus_figures(),
             "recording": recording,
             "hash": hash_figures(self.options.scenario_hash, report),

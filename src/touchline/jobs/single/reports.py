@@ -7,6 +7,7 @@ from typing import Any
 from touchline.core.plain_sum import plain_sum
 from touchline.schemas.messages import (
     AreaReport,
+    ContactReport,
     LeftOutStretch,
     PlannedCoverage,
     PlanReport,
@@ -122,8 +123,13 @@ def paint_figures(report: TraversalReport) -> dict[str, Any]:
     }
 
 
-def failing(report: TraversalReport, area: AreaReport | None = None) -> str:
+def failing(report: TraversalReport, area: AreaReport | None = None, contacts: ContactReport | None = None) -> str:
     """Return why a finished traversal is no success; "" if it is one."""
+    if contacts is not None and contacts.while_moving:
+        first = next(each for each in contacts.contacts if each.robot_mps > 0.0)
+        return (
+            f"{contacts.while_moving} contacts while moving, the first with {first.thing} at {first.robot_mps:.2f} m/s"
+        )
     what = "paint" if area is None else "work"
     return "" if report.paint_accepted else f"the {what} is not accepted: {report.verdict}"
 
@@ -147,6 +153,26 @@ def work_report(report: TraversalReport, area: AreaReport | None, plan: PlanRepo
             figures["paint"] |= {"left_out_m": left_out_m, "of_all_lines_pct": share * report.coverage_pct}
         return figures
     return {"area": area_report_figures(area, report), "estimator": estimator_figures(report)}
+
+
+def contact_figures(contacts: ContactReport | None) -> dict[str, Any]:
+    """Return contacts with things, while the robot moved apart from those into the robot at rest; nothing without."""
+    if contacts is None:
+        return {}
+    listed = [
+        {
+            "time_s": each.stamp.seconds,
+            "thing": each.thing,
+            "x_m": each.x_m,
+            "y_m": each.y_m,
+            "robot_mps": each.robot_mps,
+            "closing_mps": each.closing_mps,
+            "energy_j": each.energy_j,
+        }
+        for each in contacts.contacts
+    ]
+    at_rest = len(listed) - contacts.while_moving
+    return {"contacts": {"while_moving": contacts.while_moving, "at_rest": at_rest, "each": listed}}
 
 
 def area_report_figures(area: AreaReport, report: TraversalReport) -> dict[str, Any]:

@@ -7,10 +7,18 @@ from typing import Any, NamedTuple, Self
 
 from touchline.core.stopwatch import Stopwatch
 from touchline.jobs.recording.payload_recorder import PayloadRecorder
-from touchline.jobs.single.reports import failing, hash_figures, plan_figures, traversal_figures, work_report
+from touchline.jobs.single.reports import (
+    contact_figures,
+    failing,
+    hash_figures,
+    plan_figures,
+    traversal_figures,
+    work_report,
+)
 from touchline.schemas.digest import scenario_hash
 from touchline.schemas.messages import (
     AreaReport,
+    ContactReport,
     PaintMarks,
     PlanOptions,
     PlanReport,
@@ -80,6 +88,7 @@ class Outcome:
     Attributes:
         report: Its ``session_hash`` is empty if the run was neither recorded nor hashed.
         area: Report of its areas, if a covering tool has worked on some.
+        contacts: Report of contacts with things, if there were any.
         reason: Why it ended early, or empty.
         wall_time_s: Wall-clock time of the drive, report included.
         recording: Path, messages and bytes of the recording, if there is one.
@@ -89,6 +98,7 @@ class Outcome:
 
     report: TraversalReport
     area: AreaReport | None
+    contacts: ContactReport | None
     reason: str
     wall_time_s: float
     recording: dict[str, Any] | None
@@ -99,10 +109,11 @@ class Outcome:
         """Return the report as ``touchline run`` gives it."""
         return {
             "success": self.report.success,
-            "reason": self.reason or failing(self.report, self.area),
+            "reason": self.reason or failing(self.report, self.area, self.contacts),
             "plan": plan_figures(job.plan_report),
             "traversal": traversal_figures(self.report, self.wall_time_s),
             **work_report(self.report, self.area, job.plan_report),
+            **contact_figures(self.contacts),
             "recording": self.recording,
             "hash": hash_figures(self.scenario_hash, self.report),
         }

@@ -119,7 +119,7 @@ def _driven(job: GoalJob, task: Task) -> SweepRun:
 def _worked(job: Job, task: Task) -> SweepRun:
     outcome = simulate(job, task.scenario, task.config)
     report = outcome.report
-    reason = outcome.reason or failing(report, outcome.area)
+    reason = outcome.reason or failing(report, outcome.area, outcome.contacts)
     figures = run_figures(report, outcome.area)
     return SweepRun(task.case, task.scenario.seed, report.success, reason, figures, outcome.scenario_hash)
 

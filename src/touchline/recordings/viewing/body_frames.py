@@ -10,7 +10,16 @@ from typing import Final
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.frames import BODY_FRAME, GNSS_FRAME, IMU_FRAME, MAP_FRAME, TOOL_FRAME
 from touchline.schemas.layout import FixedLayout
-from touchline.schemas.messages import Header, Odometry, TFMessage, TransformMessage, TransformStamped, Vector3
+from touchline.schemas.messages import (
+    Header,
+    Odometry,
+    Quaternion,
+    TFMessage,
+    TransformMessage,
+    TransformStamped,
+    Vector3,
+)
+from touchline.schemas.sensor_names import LIDAR, RANGER
 from touchline.schemas.vehicles import Vehicle
 
 _ODOMETRY: Final = FixedLayout(Odometry, {"header.frame_id": MAP_FRAME, "child_frame_id": BODY_FRAME})
@@ -84,7 +93,7 @@ class MovingFrame:
 
 
 def fixed_frames(vehicle: Vehicle, prefix: str) -> TFMessage:
-    """Return the transforms of antenna, IMU and tool to the body's frame.
+    """Return the transforms of antenna, IMU, tool and auxiliary sensors to the body's frame.
 
     Args:
         vehicle: The robot.
@@ -96,14 +105,23 @@ def fixed_frames(vehicle: Vehicle, prefix: str) -> TFMessage:
         IMU_FRAME: (0.0, 0.0, 0.0),
         TOOL_FRAME: (tool_x, tool_y, 0.0),
     }
+    for each in vehicle.sensors:
+        places[each.name] = (each.x_m, each.y_m, each.height_m if each.kind in (LIDAR, RANGER) else 0.0)
+    turned = {each.name: each.direction_rad for each in vehicle.sensors if each.kind == RANGER}
     header = Header(frame_id=prefix + BODY_FRAME)
     return TFMessage(
         transforms=tuple(
             TransformStamped(
                 header=header,
                 child_frame_id=prefix + name,
-                transform=TransformMessage(translation=Vector3(x=x, y=y, z=z)),
+                transform=TransformMessage(
+                    translation=Vector3(x=x, y=y, z=z), rotation=_about_z(turned.get(name, 0.0))
+                ),
             )
             for name, (x, y, z) in places.items()
         )
     )
+
+
+def _about_z(angle_rad: float) -> Quaternion:
+    return Quaternion(z=math.sin(0.5 * angle_rad), w=math.cos(0.5 * angle_rad))
