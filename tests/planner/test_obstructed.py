@@ -21,6 +21,7 @@ from touchline.services.planner.plan import Plan, plan
 from touchline.services.robot_sim.paint.targets import targets
 
 GIVEN = PlanOptions(order="given")
+POST_M = 0.12
 POST = box((9.94, -0.06), (10.06, 0.06), "post")
 
 
@@ -144,3 +145,20 @@ def test_a_part_is_shortened_by_ever_more() -> None:
     assert steps_m[:6] == pytest.approx([0.3] * 6)
     assert steps_m[6:8] == pytest.approx([0.6, 1.2])
     assert len(lengths_m) < 20
+
+
+def test_beside_a_post_only_braking_room_and_the_reach_of_the_arm_are_lost_on_each_side() -> None:
+    (left,) = check_parts(drawn((0, 0, 20, 0), obstacles=(POST,))).report.left_out
+    arm_m, braking_m = 0.15, 1.0**2 / (2.0 * 1.0)
+    assert left.length_m == pytest.approx(POST_M + 2.0 * (arm_m + braking_m), abs=0.08)
+
+
+def test_a_line_that_one_direction_paints_here_and_the_other_there_is_painted_whole() -> None:
+    """The wide side of the body is its right: things to the right obstruct one direction, to the left the other."""
+    right, left = box((3.9, -0.5), (4.1, -0.3), "right"), box((15.9, 0.3), (16.1, 0.5), "left")
+    template = drawn((0, 0, 20, 0), obstacles=(right, left))
+    assert plan(template, VEHICLE, GIVEN).report.left_out
+    both = plan(template, VEHICLE, enough=lambda: True)
+    check_clear(both, template)
+    assert both.report.left_out == ()
+    assert [section.stroke.flipped for section in both.sections if section.stroke] in ([False, True], [True, False])

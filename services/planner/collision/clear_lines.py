@@ -14,13 +14,22 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.checker import MARGIN_M, CollisionChecker, first_touch
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
+from touchline.services.planner.steering.turns import ContinuousTurn
 from touchline.services.planner.swaths.offset import Stroke, modes
+from touchline.services.planner.transitions.transitions import BRAKING_SHARE
 
 PART_MIN_M = 0.3
 """Shorter parts are left out."""
 SHORTER_M = 0.3
 """A part that cannot be reached or left is shortened by this at obstructed ends, a few times; then by ever more."""
 _EVEN = 6
+STEP_M = 0.002
+"""Greatest motion of any point of the body between poses at which a line's clearance is looked up."""
+OVERLAP_M = 0.005
+"""Overlap of parts that meet, painted in opposite directions."""
+EXIT_STEP_M = 0.1
+"""Distance between the places at which a way out by a bend is tried."""
+EXITS_RAD = tuple(side * math.radians(angle) for angle in (45, 90, 135) for side in (1, -1))
 
 Span = tuple[float, float]
 
@@ -135,22 +144,30 @@ def reachable_lines(
     for number, either in enumerate(modes(lines, vehicle, limits.curvature_max_1pm)):
         choice = either if turned else either[:1]
         if all(checker.collision(stroke.path) for stroke in choice):
-            shares = _longest([span for stroke in choice for span in _clear(stroke, checker)])
-            parts = ((a * lengths[number], b * lengths[number]) for a, b in shares)
+            shares = _joined([span for stroke in choice for span in _passable(stroke, checker, limits)])
+            overlap_m = [OVERLAP_M if k and a == shares[k - 1][1] else 0.0 for k, (a, _) in enumerate(shares)]
+            parts = (
+                (a * lengths[number] - over, b * lengths[number])
+                for (a, b), over in zip(shares, overlap_m, strict=True)
+            )
             found[number] = tuple((a, b) for a, b in parts if b - a >= PART_MIN_M)
             strokes[number] = choice[0]
     return ReachableLines(lines, tuple(found), tuple(strokes), checker)
 
 
-def _longest(spans: Sequence[Span]) -> list[Span]:
-    """Longest span of each group of overlapping ones."""
-    groups = list[list[Span]]()
-    for span in sorted(spans):
-        if groups and span[0] < max(b for _, b in groups[-1]):
-            groups[-1].append(span)
-        else:
-            groups.append([span])
-    return [max(group, key=lambda span: span[1] - span[0]) for group in groups]
+def _joined(spans: Sequence[Span]) -> list[Span]:
+    """Fewest of the spans that together make up all of them; those that overlap meet in the middle of the overlap."""
+    found, rest = list[Span](), sorted(spans)
+    while rest:
+        reached = found[-1][1] if found else rest[0][0]
+        reached = max(reached, rest[0][0])
+        from_m, to_m = max((span for span in rest if span[0] <= reached), key=lambda span: span[1])
+        if found and from_m < found[-1][1]:
+            from_m = 0.5 * (max(from_m, found[-1][0]) + found[-1][1])
+            found[-1] = found[-1][0], from_m
+        found.append((from_m, to_m))
+        rest = [span for span in rest if span[1] > to_m]
+    return found
 
 
 def clear_lines(template: Template, vehicle: Vehicle, limits: Limits) -> tuple[TemplateSegment, ...]:
@@ -158,28 +175,67 @@ def clear_lines(template: Template, vehicle: Vehicle, limits: Limits) -> tuple[T
     return reachable_lines(template.segments, template, vehicle, limits).segments
 
 
-def _clear(stroke: Stroke, checker: CollisionChecker) -> list[Span]:
-    """Fractions of a stroke, from and to in the line's own direction, along which the body is clear.
+def _passable(stroke: Stroke, checker: CollisionChecker, limits: Limits) -> list[Span]:
+    """Fractions of a stroke, from and to in the line's own direction, that can be driven at speed, reached and left.
 
-    Clearance of twice the margin at points no further apart than that means clearance of the margin in between.
+    An obstructed end is reached from, and left to, a standstill straight ahead or, where that paints more, round a
+    bend.
     """
-    bend = abs(stroke.robot.curvature_1pm)
-    count = 2 + math.ceil(stroke.robot.length_m * (1.0 + bend * checker.reach_m) / (2.0 * MARGIN_M))
-    share = np.linspace(0.0, 1.0, count)
-    poses = np.column_stack(stroke.robot.at(share * stroke.robot.length_m)[:3])
-    edges, owner, body, bounded = checker.edges, checker.owner, checker.body, checker.bounded
-    clear = [first_touch(poses[k : k + 1], edges, owner, bounded, body, 2.0 * MARGIN_M)[0] < 0 for k in range(count)]
-    found = list(_runs(share.tolist(), clear))
+    found, length_m = list[Span](), stroke.robot.length_m
+    speed_mps = limits.steady_speed_mps(stroke.robot.curvature_1pm)
+    room_m = limits.stopping_distance_m(speed_mps) / BRAKING_SHARE + STEP_M
+    for from_m, to_m in _clear(stroke, checker, room_m):
+        first_m = 0.0 if from_m <= 0.0 else from_m + room_m
+        last_m = length_m if to_m >= length_m else to_m - room_m
+        if stroke.robot.curvature_1pm == 0.0:
+            first_m = _furthest_m(stroke, checker, limits, max(from_m, 0.0), first_m)
+            last_m = _furthest_m(stroke, checker, limits, min(to_m, length_m), last_m)
+        if last_m > first_m:
+            found.append((first_m / length_m, last_m / length_m))
     return [(1.0 - b, 1.0 - a) for a, b in reversed(found)] if stroke.flipped else found
 
 
-def _runs(share: Sequence[float], clear: Sequence[bool]) -> Iterator[Span]:
-    """Intervals of the runs of clear points, single points left out."""
-    state = np.concatenate(([False], clear, [False])).astype(np.int8)
-    begins, ends = np.flatnonzero(np.diff(state) == 1).tolist(), np.flatnonzero(np.diff(state) == -1).tolist()
-    for first, last in zip(begins, ends, strict=True):
+def _furthest_m(
+    stroke: Stroke, checker: CollisionChecker, limits: Limits, touching_m: float, straight_m: float
+) -> float:
+    """Arc length nearest to `touching_m` from which a bend leads clear of the outlines; at the most `straight_m`."""
+    speed_mps = limits.steady_speed_mps(0.0)
+    turn, brake = ContinuousTurn(*limits.turn_at(speed_mps)), Piece(limits.stopping_distance_m(speed_mps))
+    direction = 1 if touching_m >= straight_m else -1
+    bends = [
+        [each._replace(direction=direction) for each in (*_to_side(turn.pieces(abs(angle)), angle), brake)]
+        for angle in EXITS_RAD
+    ]
+    for at_m in np.arange(touching_m, straight_m, -direction * EXIT_STEP_M).tolist():
+        pose = PathPose(*(float(value) for value in stroke.robot.at(at_m)[:3]))
+        if any(checker.is_clear(PiecePath(pose, tuple(bend))) for bend in bends):
+            return float(at_m)
+    return straight_m
+
+
+def _to_side(pieces: Sequence[Piece], angle_rad: float) -> Iterator[Piece]:
+    """Pieces of a left turn, mirrored for an angle to the right."""
+    return (piece if angle_rad > 0.0 else piece.mirrored() for piece in pieces)
+
+
+def _clear(stroke: Stroke, checker: CollisionChecker, room_m: float) -> Iterator[Span]:
+    """Intervals (m, along the robot's curve) in which the body is clear, up to `room_m` beyond both ends.
+
+    Clearance of the margin and half a step at points a step apart means clearance of the margin in between.
+    """
+    bend, length_m = abs(stroke.robot.curvature_1pm), stroke.robot.length_m
+    count = 2 + math.ceil((length_m + 2.0 * room_m) * (1.0 + bend * checker.reach_m) / STEP_M)
+    at_m = np.linspace(-room_m, length_m + room_m, count)
+    poses = np.column_stack(stroke.robot.at(at_m)[:3])
+    first = 0
+    while first < count:
+        hit, _ = first_touch(
+            poses[first:], checker.edges, checker.owner, checker.bounded, checker.body, MARGIN_M + 0.5 * STEP_M
+        )
+        last = count if hit < 0 else first + hit
         if last - 1 > first:
-            yield share[first], share[last - 1]
+            yield float(at_m[first]), float(at_m[last - 1])
+        first = last + 1
 
 
 def part_of(curve: Curve, from_m: float, to_m: float) -> Curve:

@@ -2,8 +2,10 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import tee
 from typing import NamedTuple
 
 import numpy as np
@@ -98,6 +100,7 @@ class ItineraryBuilder:
     returns: bool = False
     cache: dict[tuple[int, ...], list[Transition]] = field(default_factory=dict)
     closed: set[tuple[str, CurveEnd]] = field(default_factory=set)
+    found: dict[tuple[CurveEnd, CurveEnd], Iterator[Transition]] = field(default_factory=dict)
     others: Floats = field(default_factory=lambda: NO_LINES)
 
     def drive(self, swaths: list[Swath]) -> Itinerary:
@@ -173,7 +176,14 @@ class ItineraryBuilder:
         ]
         yield from direct
         if self.checker and all(self.checker.collision(transition.path) for transition in direct):
-            yield from detours(start, goal, self.transitions, self.checker, self.closed)
+            yield from self._detours(start, goal)
+
+    def _detours(self, start: CurveEnd, goal: CurveEnd) -> Iterator[Transition]:
+        """Detours round outlines, found once, as far as they are asked for."""
+        if (start, goal) not in self.found:
+            assert self.checker
+            (self.found[start, goal],) = tee(detours(start, goal, self.transitions, self.checker, self.closed), 1)
+        return copy(self.found[start, goal])
 
     def _transitions(self, start: CurveEnd, goal: CurveEnd) -> list[Transition]:
         """Transitions between two ends of the same relative pose, the quickest first."""
@@ -190,8 +200,8 @@ class ItineraryBuilder:
             direct = self.transitions.from_rest(self.start, begin, 0.0)
             yield direct if direct.path.length_m >= run_up else self.transitions.from_rest(self.start, begin, run_up)
             if self.checker:
-                standing = CurveEnd(self.start, 0.0)
-                yield from detours(standing, begin, self.transitions, self.checker, self.closed)
+                standing = CurveEnd(self.start, 0.0, 0.0)
+                yield from self._detours(standing, begin)
             return
         into = self.transitions.widest(begin).method.lead_in(begin.curvature_1pm)
         for pieces in self._runs(into, RUN_IN_M, run_up, begin):
@@ -211,7 +221,7 @@ class ItineraryBuilder:
             direct = self.transitions.to_rest(end, goal, 0.0)
             yield direct if direct.path.length_m >= length else self.transitions.to_rest(end, goal, length)
             if self.checker:
-                yield from detours(end, CurveEnd(goal, 0.0), self.transitions, self.checker, self.closed)
+                yield from self._detours(end, CurveEnd(goal, 0.0, 0.0))
             return
         out = self.transitions.widest(end).method.lead_out(end.curvature_1pm)
         back = from_goal(Lead(out, 0.0)).pieces

@@ -213,7 +213,7 @@ class TransitionFamily:
         The painted curves are extended, and the distance between the ends of the extensions is driven before the first
         standstill or after it; at best all on one side, since a longer run reaches a higher speed.
         """
-        room = self._room_m(speeds)
+        room = self.room_m(speeds)
         stop = start.pose.moved(arc_displacement(room, start.curvature_1pm), 0.0)
         go = goal.pose.moved(arc_displacement(-room, goal.curvature_1pm), 0.0)
         between = abs(go.point - stop.point)
@@ -228,7 +228,7 @@ class TransitionFamily:
         rest = length_m - (2.0 * fast**2 - speed_mps**2) / (2.0 * gain)
         return (2.0 * fast - speed_mps) / gain + max(rest, 0.0) / fast
 
-    def _room_m(self, speeds: tuple[float, float]) -> float:
+    def room_m(self, speeds: tuple[float, float]) -> float:
         """Distance (m) to brake before the first standstill, and to accelerate after the last."""
         return max(self.limits.stopping_distance_m(speed) for speed in speeds) / BRAKING_SHARE
 
@@ -237,7 +237,7 @@ class TransitionFamily:
 
         A robot that has to stop anyway gains nothing from wide turns: these are the tightest.
         """
-        found = self.turns[0].method.standing_transitions(start, goal, self._room_m(speeds))
+        found = self.turns[0].method.standing_transitions(start, goal, self.room_m(speeds))
         return [Transition(self.seconds(p, *speeds), PiecePath(start.pose, p)) for p in found if self._may(p)]
 
     def _may(self, pieces: Sequence[Piece]) -> bool:

@@ -1,9 +1,9 @@
 """Unfinished lines of a template when robots stop early, and robots that stand in the way of the rest."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from touchline.schemas.template import Polygon, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.clear_lines import part_of, redrawn
 from touchline.services.planner.plan import Plan
+
+if TYPE_CHECKING:
+    import shapely
 
 OVERLAP_M: Final = 0.005
 """Overlap where painting of a line resumes, as after a pause."""
@@ -46,14 +49,25 @@ class Standing:
             vehicle: Vehicle of the robot.
             apart_m: Clearance.
         """
-        import shapely
+        return grown(f"robot {self.name}", body_at(self.pose, vehicle), apart_m)
 
-        x, y, heading = self.pose
-        cos, sin = math.cos(heading), math.sin(heading)
-        body = shapely.Polygon([(x + cos * a - sin * b, y + sin * a + cos * b) for a, b in vehicle.body.footprint_m])
-        room = shapely.simplify(buffer(body, apart_m, quad_segs=4), 0.01)
-        corners = shapely.get_coordinates(room)[:-1].tolist()
-        return Polygon(id=f"robot {self.name}", corners=tuple((a, b) for a, b in corners))
+
+def body_at(pose: tuple[float, float, float], vehicle: Vehicle) -> "shapely.Polygon":
+    """Return the outline of a vehicle's body at a pose, x (m), y (m), heading (rad), map frame."""
+    import shapely
+
+    x, y, heading = pose
+    cos, sin = math.cos(heading), math.sin(heading)
+    return shapely.Polygon([(x + cos * a - sin * b, y + sin * a + cos * b) for a, b in vehicle.body.footprint_m])
+
+
+def grown(name: str, shape: "shapely.Polygon", by_m: float) -> Polygon:
+    """Return an outline with a clearance (m) all round."""
+    import shapely
+
+    room = shapely.simplify(buffer(shape, by_m, quad_segs=4), 0.01)
+    corners = shapely.get_coordinates(room)[:-1].tolist()
+    return Polygon(id=name, corners=tuple((a, b) for a, b in corners))
 
 
 def unfinished(plan: Plan, share: Template, painted: PaintBelief) -> list[TemplateSegment]:
@@ -95,16 +109,26 @@ def left_out(before: Template, after: Template) -> list[TemplateSegment]:
             if part.id == segment.id or (part.id not in whole and part.id.startswith(f"{segment.id} ("))
         ]
         curve = segment.curve()
-        at_m, found = 0.0, list[tuple[float, float]]()
-        for from_m, to_m in [*sorted(_span(curve, part) for part in parts), (curve.length_m, curve.length_m)]:
-            if from_m - at_m > DONE_M:
-                found.append((max(at_m - OVERLAP_M, 0.0), min(from_m + OVERLAP_M, curve.length_m)))
-            at_m = max(at_m, to_m)
+        missing = gaps_between([_span(curve, part) for part in parts], curve.length_m)
         remaining += [
-            redrawn(segment, part_of(curve, from_m, to_m), f"{segment.id} (left {number})")
-            for number, (from_m, to_m) in enumerate(found, start=1)
+            redrawn(segment, with_overlap(curve, gap), f"{segment.id} (left {number})")
+            for number, gap in enumerate(missing, start=1)
         ]
     return remaining
+
+
+def gaps_between(spans: Iterable[tuple[float, float]], length_m: float) -> Iterator[tuple[float, float]]:
+    """Yield the parts of a line, from and to (m), that no span covers, unless they are too short to be painted."""
+    at_m = 0.0
+    for from_m, to_m in [*sorted(spans), (length_m, length_m)]:
+        if from_m - at_m > DONE_M:
+            yield at_m, from_m
+        at_m = max(at_m, to_m)
+
+
+def with_overlap(curve: Curve, gap: tuple[float, float]) -> Curve:
+    """Return the part of a curve that closes a gap, from and to (m), with `OVERLAP_M` at each joint."""
+    return part_of(curve, max(gap[0] - OVERLAP_M, 0.0), min(gap[1] + OVERLAP_M, curve.length_m))
 
 
 def _span(curve: Curve, part: Curve) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Protocol, Self
 
 from touchline.core.stopwatch import Stopwatch
 from touchline.jobs.recording.payload_recorder import PayloadRecorder
@@ -33,7 +33,7 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.drive_log import DriveLog
-from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.loaded_job import Taking
 from touchline.services.robot_sim.telemetry import Telemetry
@@ -42,8 +42,10 @@ Progress = Callable[[float, str], None]
 
 #: Ticks between two progress reports.
 _SLICE_TICKS = 1000
-#: Slices without progress after which a robot is taken to wait for an operator who is not there.
-_PATIENCE_SLICES = 18
+#: Ticks between two looks at what a robot meets.
+_LOOK_TICKS = 10
+#: Ticks without progress after which a robot is taken to wait for an operator who is not there.
+_PATIENCE_TICKS = 18_000
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,7 @@ class Outcome:
         recording: Path, messages and bytes of the recording, if there is one.
         strokes: The paint, if requested.
         scenario_hash: Hash of its inputs.
+        earlier: Outcomes of the drives before the last one, if the robot was rerouted.
     """
 
     report: TraversalReport
@@ -104,6 +107,7 @@ class Outcome:
     recording: dict[str, Any] | None
     strokes: tuple[PaintMarks, ...]
     scenario_hash: str = ""
+    earlier: "tuple[Outcome, ...]" = ()
 
     def figures(self, job: Job) -> dict[str, Any]:
         """Return the report as ``touchline run`` gives it."""
@@ -200,11 +204,22 @@ def simulate_with(
     return replace(done, scenario_hash=scenario_hash(emulator.setup, job.template, job.options))
 
 
+class Rerouting(Protocol):
+    """Choice of other drives than the one that was given, by what the robot meets."""
+
+    def gives_up(self) -> str:
+        """Return why the present drive ends where the robot stands; "" to go on. Asked ten times a second."""
+
+    def next_drive(self) -> GivenDrive | None:
+        """Return the drive after one that has ended, from where the robot stands; None: that was the last."""
+
+
 def carry_out(
     emulator: Emulator,
     drive: GivenDrive,
     products: Products = _REPORT_ALONE,
     progress: Progress = lambda done, doing: None,
+    rerouting: Rerouting | None = None,
 ) -> Outcome:
     """Have an emulated robot drive a trajectory to its end, as fast as possible.
 
@@ -213,6 +228,10 @@ def carry_out(
         drive: The trajectory.
         products: Products besides the report.
         progress: As for `simulate`.
+        rerouting: Choice of further drives; None: this is the only one.
+
+    Returns:
+        Outcome of the last drive, with those of the others before it.
 
     Raises:
         CommandRefused: The robot does not take the plan.
@@ -223,64 +242,77 @@ def carry_out(
     telemetry.go_on()
     listened = products.record is not None or products.hashed or products.log is not None
     before = [telemetry.setup(), *telemetry.standing(), *telemetry.awake()] if listened else []
+    _take(emulator, drive)
+    runner, done = FastRunner(emulator), list[Outcome]()
+    slice_ticks = _SLICE_TICKS if rerouting is None else _LOOK_TICKS
+    with PayloadRecorder(products.record) as listener:
+
+        def publish() -> None:
+            if products.record is None:
+                telemetry.only_hashed()
+            else:
+                listener.hear("", telemetry.told())
+
+        def run_slice() -> None:
+            if not listened:
+                runner.run(slice_ticks)
+                return
+            last = emulator.tick_count + slice_ticks
+            while emulator.tick_count < last and emulator.active:
+                telemetry.hold(runner.step(telemetry.until_due(slice_ticks), telemetry.rows))
+                if telemetry.full:
+                    publish()
+            publish()
+
+        listener.hear("", before)
+        while True:
+            if listened:
+                listener.hear("", telemetry.awake())
+                listener.hear("", telemetry.loaded(drive.trajectory, drive.template))
+            emulator.start()
+            if listened:
+                listener.hear("", telemetry.news())
+            reason = _drive(emulator, run_slice, progress, slice_ticks, rerouting)
+            strokes = telemetry.strokes() if products.strokes else ()
+            done.append(Outcome(*(telemetry.final or telemetry.reports()), reason, 0.0, None, strokes))
+            following = rerouting.next_drive() if rerouting is not None else None
+            if following is None:
+                break
+            drive = following
+            _take(emulator, drive)
+    return replace(done[-1], wall_time_s=watch.elapsed_s, recording=listener.figures(), earlier=tuple(done[:-1]))
+
+
+def _take(emulator: Emulator, drive: GivenDrive) -> None:
     emulator.check_load()
     emulator.take(emulator.prepare(drive.trajectory, drive.template, taking=drive.taking, cause=drive.cause))
-    runner = FastRunner(emulator)
-    if not listened:
-        emulator.start()
-        reason = _drive(emulator, lambda: runner.run(_SLICE_TICKS), progress)
-        reports, recording = telemetry.reports(), None
-    else:
-        with PayloadRecorder(products.record) as listener:
-            listener.hear("", before)
-            listener.hear("", telemetry.awake())
-            listener.hear("", telemetry.loaded(drive.trajectory, drive.template))
-            emulator.start()
-            listener.hear("", telemetry.news())
-
-            def publish() -> None:
-                if products.record is None:
-                    telemetry.only_hashed()
-                else:
-                    listener.hear("", telemetry.told())
-
-            def run_slice() -> None:
-                last = emulator.tick_count + _SLICE_TICKS
-                while emulator.tick_count < last and emulator.active:
-                    telemetry.hold(runner.step(telemetry.until_due(_SLICE_TICKS), telemetry.rows))
-                    if telemetry.full:
-                        publish()
-                publish()
-
-            reason = _drive(emulator, run_slice, progress)
-            reports = telemetry.final or telemetry.reports()
-        recording = listener.figures()
-    return Outcome(
-        *reports,
-        reason,
-        watch.elapsed_s,
-        recording,
-        telemetry.strokes() if products.strokes else (),
-    )
 
 
-def _drive(emulator: Emulator, run_slice: Callable[[], None], progress: Progress) -> str:
+def _drive(
+    emulator: Emulator,
+    run_slice: Callable[[], None],
+    progress: Progress,
+    slice_ticks: int,
+    rerouting: Rerouting | None,
+) -> str:
     """Run to the end and return the reason; abort a robot that waits for a person, or does not move on for minutes."""
-    reached, patience = -1.0, _PATIENCE_SLICES
+    patience_slices = _PATIENCE_TICKS // slice_ticks
+    reached, patience = -1.0, patience_slices
     while emulator.active:
         run_slice()
         status = emulator.onboard.status
-        if status.total_length_m > 0.0:
+        if status.total_length_m > 0.0 and emulator.tick_count % _SLICE_TICKS < slice_ticks:
             progress(status.arc_length_m / status.total_length_m, status.segment_id)
-        patience = patience - 1 if status.arc_length_m == reached else _PATIENCE_SLICES
+        patience = patience - 1 if status.arc_length_m == reached else patience_slices
         reached = status.arc_length_m
         if status.pause is not None and not status.pause.ends_by_itself:
             emulator.abort(f"aborted by the simulation, in which nobody resumes: {status.reason}")
-            patience = _PATIENCE_SLICES
+            patience = patience_slices
         elif patience == 0:
             if status.state not in (TraversalStatus.RUNNING, TraversalStatus.PAUSED):
                 break  # it ended, and rolls on
-            waited_s = _PATIENCE_SLICES * _SLICE_TICKS // 100
             why = status.reason or "it did not move on"
-            emulator.abort(f"aborted by the simulation after {waited_s} s without progress: {why}")
+            emulator.abort(f"aborted by the simulation after {_PATIENCE_TICKS // 100} s without progress: {why}")
+        elif rerouting is not None and emulator.onboard.state in UNDER_WAY and (why := rerouting.gives_up()):
+            emulator.abort(why)
     return emulator.onboard.status.reason

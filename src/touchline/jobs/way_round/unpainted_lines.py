@@ -1,0 +1,162 @@
+"""Parts of a template's lines that a robot has not painted, by its own paint record of one drive after another."""
+
+import math
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from touchline.core.arcs import abreast, unit
+from touchline.core.intervals import Intervals
+from touchline.jobs.shared.unfinished_lines import gaps_between, with_overlap
+from touchline.onboard.interface import PaintBelief
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import LeftOutStretch, Trajectory
+from touchline.schemas.swath_ids import line_id_of, line_part_id
+from touchline.schemas.template import Template, TemplateSegment
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.collision.clear_lines import part_of, redrawn
+from touchline.services.robot_sim.paint.targets import nozzle_curve, segment_length_m
+
+OPERATOR: Final = "operator"
+"""Reason of a gap that an operator has left out."""
+CLOSED_M: Final = 1e-6
+"""Distance of the ends of a circle."""
+
+
+class Gap(NamedTuple):
+    """Part of a line that is not painted.
+
+    Attributes:
+        line_id: Id of the line of the template.
+        from_m, to_m: Its ends along the line.
+        reason: Id of the outline beside which it lies, or `operator`; "" if none of them explains most of it.
+    """
+
+    line_id: str
+    from_m: float
+    to_m: float
+    reason: str
+
+
+@dataclass
+class UnpaintedLines:
+    """Unpainted parts of the lines of a template.
+
+    Attributes:
+        template: The whole template, in the map frame.
+        vehicle: Vehicle that paints.
+        reasons: Stretches left out by plans, or by the operator, and why; later ones count.
+    """
+
+    template: Template
+    vehicle: Vehicle
+    reasons: list[Gap] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Begin with no paint at all."""
+        self._lines = {segment.id: segment for segment in self.template.segments}
+        self._painted = {name: Intervals() for name in self._lines}
+
+    def enter(self, trajectory: Trajectory, belief: PaintBelief) -> None:
+        """Enter what was painted on a drive.
+
+        Args:
+            trajectory: Its plan.
+            belief: The robot's paint record of it, by the ids of the plan.
+        """
+        shares = dict(zip(belief.ids, belief.fractions, strict=True))
+        for segment in trajectory.path.segments:
+            line = self._line_of(segment.id)
+            if line is not None and shares.get(segment.id, 0.0) > 0.0:
+                length_m = segment_length_m(segment)
+                self._add(line, nozzle_curve(segment, 0.0, length_m, self.vehicle), shares[segment.id])
+
+    def _line_of(self, name: str) -> TemplateSegment | None:
+        """Line of the template of which a path segment is a part, or a part of a part."""
+        while name and name not in self._lines:
+            name = line_id_of(name)
+        return self._lines.get(name)
+
+    def _add(self, line: TemplateSegment, stroke: Curve, share: float) -> None:
+        """Enter the first share of a stroke, driven along its line or against it."""
+        curve, painted_m = line.curve(), share * stroke.length_m
+        from_m = station_m(curve, stroke.x_m, stroke.y_m)
+        along = math.cos(stroke.heading_rad - float(curve.at(from_m)[2])) > 0.0
+        low_m, high_m = (from_m, from_m + painted_m) if along else (from_m - painted_m, from_m)
+        spans = self._painted[line.id]
+        spans.add(min(max(low_m, 0.0), curve.length_m), max(min(high_m, curve.length_m), 0.0))
+        x, y, _ = curve.end
+        if math.hypot(x - curve.x_m, y - curve.y_m) < CLOSED_M:  # a circle that was begun elsewhere
+            spans.add(0.0, max(high_m - curve.length_m, 0.0))
+            spans.add(curve.length_m + min(low_m, 0.0), curve.length_m)
+
+    def note(self, lines: Template, stretches: Iterable[LeftOutStretch]) -> None:
+        """Note the stretches that a plan leaves out, and beside what.
+
+        Args:
+            lines: Template of the plan: this one, or a rest of it.
+            stretches: Stretches of its lines.
+        """
+        own = {segment.id: segment.curve() for segment in lines.segments}
+        for each in stretches:
+            line = self._line_of(each.line_id)
+            if line is not None and each.line_id in own:
+                part = own[each.line_id]
+                begin_m = station_m(line.curve(), part.x_m, part.y_m)
+                self.reasons.append(Gap(line.id, begin_m + each.from_m, begin_m + each.to_m, each.outline))
+
+    def gaps(self) -> list[Gap]:
+        """Return all unpainted parts with the reason that explains most of each."""
+        return [
+            Gap(name, from_m, to_m, self._reason(name, from_m, to_m))
+            for name, line in self._lines.items()
+            for from_m, to_m in gaps_between(self._painted[name].spans(), line.curve().length_m)
+        ]
+
+    def _reason(self, name: str, from_m: float, to_m: float) -> str:
+        found, most_m = "", 0.5 * (to_m - from_m)
+        for each in self.reasons:
+            shared_m = min(each.to_m, to_m) - max(each.from_m, from_m)
+            if each.line_id == name and shared_m >= most_m:
+                found, most_m = each.reason, shared_m
+        return found
+
+    def leave_out(self, outlines: Collection[str], reason: str) -> None:
+        """Give another reason for what was left out beside these outlines."""
+        self.reasons = [each._replace(reason=reason) if each.reason in outlines else each for each in self.reasons]
+
+    def rest(self, gaps: Iterable[Gap]) -> Template:
+        """Return the template of some of the gaps, each with an overlap at its joints; its outlines stay.
+
+        A gap keeps the id of its line if it is the only one of it.
+        """
+        wanted = list(gaps)
+        segments = list[TemplateSegment]()
+        for name, line in self._lines.items():
+            own = [gap for gap in wanted if gap.line_id == name]
+            for number, gap in enumerate(own, start=1):
+                part_id = name if len(own) == 1 else line_part_id(name, number)
+                segments.append(redrawn(line, with_overlap(line.curve(), gap[1:3]), part_id))
+        return self.template.model_copy(update={"segments": tuple(segments)})
+
+    def painted(self) -> Template:
+        """Return the template of what is painted, to evaluate the paint by."""
+        segments = list[TemplateSegment]()
+        for name, line in self._lines.items():
+            curve = line.curve()
+            missing = [(gap.from_m, gap.to_m) for gap in self.gaps() if gap.line_id == name]
+            spans = [(0.0, curve.length_m)] if not missing else list(gaps_between(missing, curve.length_m))
+            for number, (from_m, to_m) in enumerate(spans, start=1):
+                whole = not missing
+                segments.append(
+                    line if whole else redrawn(line, part_of(curve, from_m, to_m), line_part_id(name, number))
+                )
+        return self.template.model_copy(update={"segments": tuple(segments)})
+
+
+def station_m(curve: Curve, x_m: float, y_m: float) -> float:
+    """Return the arc length along a line or an arc that is nearest to a point, map frame."""
+    row = np.array((curve.x_m, curve.y_m, curve.heading_rad, curve.curvature_1pm, curve.length_m))
+    return float(abreast(complex(x_m, y_m), row, unit(curve.heading_rad)))

@@ -1,0 +1,82 @@
+"""Waiting of a robot that stands before something: for it to go, for its operator, and then no longer."""
+
+from enum import Enum, auto
+from typing import Final, NamedTuple, Protocol
+
+from touchline.onboard.interface import TICKS_PER_S
+
+
+class Blocked(Protocol):
+    """Report of a robot that stands before something in its way.
+
+    Attributes:
+        since_tick: Tick at which it was stopped.
+        moving: True if what is in its way moves.
+    """
+
+    @property
+    def since_tick(self) -> int: ...  # noqa: D102
+    @property
+    def moving(self) -> bool: ...  # noqa: D102
+
+
+class Patience(NamedTuple):
+    """Times for which a robot waits, s."""
+
+    standing_s: float = 2.0
+    """Before something that has not moved since."""
+    moving_s: float = 5.0
+    """After the last motion of something that moves."""
+    answer_s: float = 15.0
+    """For an answer of the operator, if there is one; without an operator nobody is asked."""
+
+
+PATIENT: Final = Patience()
+
+
+class Answer(Enum):
+    """Order of an operator to a robot that waits before something."""
+
+    WAIT = auto()
+    """Wait until it has gone."""
+    GO_ROUND = auto()
+    """Go round it now."""
+    LEAVE_OUT = auto()
+    """Go round it now, and leave out for good what cannot be painted beside it."""
+
+
+class Waiting:
+    """Wait before what is in the way now; one object for all of a job.
+
+    Args:
+        patience: The times.
+    """
+
+    def __init__(self, patience: Patience) -> None:
+        self._patience = patience
+        self._begun: int | None = None
+        self._moved = 0
+        self.answer: Answer | None = None
+
+    def look(self, tick: int, blocked: Blocked | None, *, attended: bool) -> Answer | None:
+        """Return what to do now: go round, or leave out; None: drive, or wait.
+
+        Args:
+            tick: Present tick.
+            blocked: Report of the robot; None: nothing is in its way.
+            attended: True if an operator can answer.
+        """
+        if blocked is None:
+            self._begun = self.answer = None
+            return None
+        if self._begun is None:
+            self._begun, self._moved = blocked.since_tick, -1
+        if blocked.moving:
+            self._moved = tick
+        if self.answer is not None:
+            return None if self.answer is Answer.WAIT else self.answer
+        moved = self._moved >= 0
+        since, wait_s = (self._moved, self._patience.moving_s) if moved else (self._begun, self._patience.standing_s)
+        answered_s = self._patience.answer_s if attended else 0.0
+        over = tick >= max(since + wait_s * TICKS_PER_S, self._begun + answered_s * TICKS_PER_S)
+        return Answer.GO_ROUND if over else None
