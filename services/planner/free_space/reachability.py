@@ -25,7 +25,8 @@ from touchline.core.robust_overlay import as_area, intersections
 from touchline.services.planner.free_space.slices import HeadingSlice, Interval, Parts, Slicer
 from touchline.services.planner.geometry.clothoid import PathPose
 
-SLICES: Final = 72
+SLICES: Final = 24
+"""Slices before any is halved."""
 FINEST_RAD: Final = math.radians(1.0)
 """Slices up to this width are not halved."""
 # Cost of a doubtful step between slices that are not halved, in steps of which one is.
@@ -46,6 +47,10 @@ class Node(NamedTuple):
     interval: Interval
     tight: bool
     index: int
+
+    def loosely(self, sliced: HeadingSlice) -> Node:
+        """Node of the loose polygon that it lies in, or is."""
+        return Node(self.interval, False, int(sliced.within[self.index])) if self.tight else self
 
 
 class Portal(NamedTuple):
@@ -99,6 +104,20 @@ class Reachability:
         heading = pose.heading_rad % math.tau
         return self._at((heading, heading), pose)
 
+    def reached_loosely(self, pose: PathPose) -> dict[Interval, list[shapely.Polygon]]:
+        """Loose polygons that a pose of the question is joined with, by interval."""
+        sliced = self.nodes_at(pose)
+        waiting = [node.loosely(self.slice(node.interval)) for node in sliced]
+        found = set(waiting)
+        while waiting:
+            new = {each for each in self._steps(waiting.pop()) if not each.tight} - found
+            found |= new
+            waiting += new
+        reached: dict[Interval, list[shapely.Polygon]] = {}
+        for interval, _, index in found:
+            reached.setdefault(interval, []).append(self.slice(interval).loose[index])
+        return reached
+
     def slice(self, interval: Interval) -> HeadingSlice:
         """Return the slice of an interval."""
         if interval not in self._slices:
@@ -151,7 +170,7 @@ class Reachability:
         """Nodes that one can be left for."""
         sliced = self.slice(node.interval)
         if node.tight:
-            yield Node(node.interval, False, int(sliced.within[node.index]))
+            yield node.loosely(sliced)
             for joint in self.joints(node.interval):
                 yield from (portal.other for portal in joint.portals if portal.node == node)
             return
