@@ -28,7 +28,9 @@ from touchline.services.planner.geometry.clothoid import PathPose
 SLICES: Final = 24
 """Slices before any is halved."""
 FINEST_RAD: Final = math.radians(1.0)
-"""Slices up to this width are not halved."""
+"""Slices up to this width are not halved,"""
+FINEST_AT_ENDS_RAD: Final = FINEST_RAD / 16.0
+"""and those of the headings of start and goal up to this one, as a robot may stand close to a wall."""
 # Cost of a doubtful step between slices that are not halved, in steps of which one is.
 STUCK: Final = 1e4
 
@@ -78,31 +80,31 @@ class Reachability:
         self._slicer = slicer
         width = math.tau / SLICES
         self._intervals = [(number * width, (number + 1) * width) for number in range(SLICES)]
-        self._exact: list[float] = []
+        self._ends: list[float] = []
         self._slices: dict[Interval, HeadingSlice] = {}
         self._joints: dict[tuple[Interval, Interval], Joint] = {}
 
     def prove(self, start: PathPose, goal: PathPose) -> Proof:
         """Prove that there is a way from a start to a goal, whose heading may be NaN for any, or that there is none."""
-        self._exact = [pose.heading_rad % math.tau for pose in (start, goal) if not math.isnan(pose.heading_rad)]
+        self._ends = [pose.heading_rad % math.tau for pose in (start, goal) if not math.isnan(pose.heading_rad)]
         while True:
             doubtful = self._least_doubtful(start, goal)
             if doubtful is None:
                 return Proof.NONE
             if not doubtful:
                 return Proof.EXISTS
-            wide = {each for each in doubtful if _wide(each)}
+            wide = {each for each in doubtful if self._wide(each)}
             if not wide:
                 return Proof.UNDECIDED
             for interval in wide:
                 self._halve(interval)
 
     def nodes_at(self, pose: PathPose) -> list[Node]:
-        """Tight node of a pose of the question, else the loose one; with heading NaN those of all slices."""
+        """Tight node of a pose, else the loose one; with heading NaN those of all slices."""
         if math.isnan(pose.heading_rad):
             return [node for interval in self._intervals for node in self._at(interval, pose)]
         heading = pose.heading_rad % math.tau
-        return self._at((heading, heading), pose)
+        return self._at(self._intervals[bisect_right(self._intervals, (heading, math.inf)) - 1], pose)
 
     def reached_loosely(self, pose: PathPose) -> dict[Interval, list[shapely.Polygon]]:
         """Loose polygons that a pose of the question is joined with, by interval."""
@@ -124,6 +126,12 @@ class Reachability:
             self._slices[interval] = self._slicer.slice(interval)
         return self._slices[interval]
 
+    def polygon(self, node: Node) -> shapely.Polygon:
+        """Return the polygon of a node."""
+        sliced = self.slice(node.interval)
+        found: shapely.Polygon = (sliced.tight if node.tight else sliced.loose)[node.index]
+        return found
+
     def joints(self, interval: Interval) -> Iterator[Joint]:
         """Joints of a slice with those that it shares a heading with; the slice is the first of each joint."""
         for other, heading in self._neighbours(interval):
@@ -133,13 +141,8 @@ class Reachability:
 
     def _neighbours(self, interval: Interval) -> list[tuple[Interval, float]]:
         """Intervals that share a heading with an interval, and that heading."""
-        low, high = interval
-        at = bisect_right(self._intervals, (low, math.inf)) - 1
-        if low == high:
-            return [(each, low) for each in self._intervals[max(at - 1, 0) : at + 1] if each[1] >= low]
-        before, after = self._intervals[at - 1], self._intervals[(at + 1) % len(self._intervals)]
-        exact = [((each, each), each) for each in self._exact if low <= each <= high]
-        return [(before, low), (after, high), *exact]
+        at = bisect_right(self._intervals, (interval[0], math.inf)) - 1
+        return [(self._intervals[at - 1], interval[0]), (self._intervals[at + 1 - len(self._intervals)], interval[1])]
 
     def _at(self, interval: Interval, pose: PathPose) -> list[Node]:
         sliced, point = self.slice(interval), shapely.Point(pose.x_m, pose.y_m)
@@ -163,7 +166,7 @@ class Reachability:
                 return _doubtful(node, before)
             for following in self._steps(node):
                 if following not in before:
-                    heapq.heappush(queue, (cost + _cost(node, following), next(number), following, node))
+                    heapq.heappush(queue, (cost + self._cost(node, following), next(number), following, node))
         return None
 
     def _steps(self, node: Node) -> Iterator[Node]:
@@ -178,19 +181,23 @@ class Reachability:
         for (other, _), joint in zip(self._neighbours(node.interval), self.joints(node.interval), strict=True):
             yield from (Node(other, False, second) for first, second in joint.loose if first == node.index)
 
+    def _cost(self, node: Node, following: Node) -> float:
+        """Cost of a step: 0 if it is certain."""
+        if node.tight and following.tight:
+            return 0.0
+        return 1.0 if self._wide(node.interval) or self._wide(following.interval) else STUCK
+
+    def _wide(self, interval: Interval) -> bool:
+        low, high = interval
+        at_end = any(low <= each <= high for each in self._ends)
+        return high - low > (FINEST_AT_ENDS_RAD if at_end else FINEST_RAD)
+
     def _halve(self, interval: Interval) -> None:
         (low, high), at = interval, self._intervals.index(interval)
         middle = 0.5 * (low + high)
         self._intervals[at : at + 1] = [(low, middle), (middle, high)]
         self._joints = {pair: joint for pair, joint in self._joints.items() if interval not in pair}
         del self._slices[interval]
-
-
-def _cost(node: Node, following: Node) -> float:
-    """Cost of a step: 0 if it is certain."""
-    if node.tight and following.tight:
-        return 0.0
-    return 1.0 if _wide(node.interval) or _wide(following.interval) else STUCK
 
 
 def _doubtful(node: Node | None, before: dict[Node, Node | None]) -> list[Interval]:
@@ -204,10 +211,6 @@ def _doubtful(node: Node | None, before: dict[Node, Node | None]) -> list[Interv
             found.append(node.interval)
         node = previous
     return found
-
-
-def _wide(interval: Interval) -> bool:
-    return interval[1] - interval[0] > FINEST_RAD
 
 
 def _joint(first: HeadingSlice, second: HeadingSlice, heading: float) -> Joint:

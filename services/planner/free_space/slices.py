@@ -60,7 +60,7 @@ class Slicer:
         self._reach_m = reach_m
 
     def slice(self, interval: Interval) -> HeadingSlice:
-        """Make the slice of an interval of headings (rad); one of no width is exact but for `CLEARANCE_M`."""
+        """Make the slice of an interval of headings (rad)."""
         low, high = interval
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
         tight = shapely.get_parts(self._places([_covering(part, middle, half) for part in self._parts]))
