@@ -1,0 +1,89 @@
+"""Ways of straights and turns on the spot, and the body that drives them among walls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from touchline.services.planner.free_space.obstructed_ground import ObstructedGround
+from touchline.services.planner.free_space.sweeps import drives_free, headings_free, legs_turns, swept_free
+from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose
+
+# A stop costs as much as driving this far (m), so that of ways of about the same length the one with fewer is taken.
+STOP_M = 0.02
+
+
+@dataclass(frozen=True)
+class Legs:
+    """Way from pose to pose: turns on the spot and straights in turn, beginning and ending with a turn.
+
+    Attributes:
+        places: (n + 1, 3) x (m), y (m), and direction of the straight that ends there: 1.0 forward, −1.0 backward.
+        turns_rad: (n + 1,) signed turn at each place.
+        start: Pose where it begins.
+    """
+
+    places: Floats
+    turns_rad: Floats
+    start: PathPose
+
+    @property
+    def length_m(self) -> float:
+        """Length of all straights."""
+        return legs_length(self.places)
+
+    @property
+    def manoeuvres(self) -> int:
+        """Number of straights."""
+        return len(self.places) - 1
+
+
+def legs_length(places: Floats) -> float:
+    """Length of straights from place to place (m)."""
+    return float(np.hypot(*np.diff(places[:, :2], axis=0).T).sum())
+
+
+class WalledBody(NamedTuple):
+    """A body, in convex parts, among walls; see `sweeps.swept_free`."""
+
+    corners: Floats
+    sizes: Ints
+    walls: Floats
+    ground: ObstructedGround
+
+    @classmethod
+    def of(cls, ground: ObstructedGround, parts: Sequence[Floats]) -> WalledBody:
+        """Body of these convex parts on a ground."""
+        return cls(np.concatenate(parts), np.array([len(each) for each in parts]), ground.walls, ground)
+
+    @property
+    def reach_m(self) -> float:
+        """Distance of the furthest corner from the body's origin."""
+        return float(np.hypot(*self.corners.T).max())
+
+    def stands_free(self, pose: PathPose) -> bool:
+        """True if the body is on free ground at a pose."""
+        inside = bool(shapely.contains_xy(self.ground.free, pose.x_m, pose.y_m))
+        return inside and bool(swept_free(np.array([pose]), self.corners, self.sizes, self.walls, 0.0))
+
+    def drives(self, pairs: Floats) -> Ints:
+        """Find free straights; see `sweeps.drives_free`."""
+        return np.asarray(drives_free(np.ascontiguousarray(pairs), self.corners, self.sizes, self.walls))
+
+    def turning(self, places: Floats, sectors: int) -> NDArray[np.bool_]:
+        """Find free sectors of heading (n, sectors) at places (n, 2)."""
+        return np.asarray(headings_free(places, self.corners, self.sizes, self.walls, sectors)) > 0.0
+
+    def turns(self, places: Floats, entry_rad: float, exit_rad: float) -> Floats:
+        """Find the turns of straights; see `sweeps.legs_turns`."""
+        return np.asarray(legs_turns(places, entry_rad, exit_rad, self.corners, self.sizes, self.walls))
+
+    def legs(self, places: Floats, start: PathPose, goal: PathPose) -> Legs | None:
+        """Legs over places from a start to a goal; None if something is not free."""
+        turns = self.turns(places, start.heading_rad, goal.heading_rad)
+        return Legs(places, turns, start) if len(turns) else None

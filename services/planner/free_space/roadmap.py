@@ -1,0 +1,174 @@
+"""Roadmap of a ground for a body that drives straight and turns on the spot.
+
+Its places are the corners of the obstructed ground, kept off by the body's half widths and by its turning circle, and
+the medial axis of the free ground. At a place the body may turn within each range of headings that is free.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from touchline.core.robust_overlay import as_area, buffer
+from touchline.services.planner.free_space.legs import STOP_M, Legs, WalledBody
+from touchline.services.planner.free_space.sweeps import cheapest
+from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose
+
+SECTORS = 72
+"""Sectors of heading that are checked at each place."""
+# Distance of the body from a corner that it drives round (m).
+OFF_M = 0.02
+# Spacing of samples of walls for the medial axis, and of the places on it (m).
+SAMPLE_M, SPACING_M = 0.3, 0.35
+# Spacing of corners, and error that they may have (m).
+CORNER_SPACING_M, SIMPLIFIED_M = 0.1, 0.02
+# Number of nearest places that a place is joined with: corners with corners, and places of the medial axis with all.
+CORNERS, NEAREST = 60, 12
+# Number of nearest places that a start or a goal is joined with.
+ENTRIES = 250
+
+
+class Roadmap:
+    """Places on a ground, and the straights between them that a body can drive.
+
+    A vertex of its graph is a place with one of the ranges of heading that are free there.
+    """
+
+    def __init__(self, body: WalledBody) -> None:
+        """Find the places and the straights."""
+        self._body = body
+        corners, axis = _corner_places(body), _axis_places(body)
+        self._places = np.concatenate((corners, axis))
+        self._vertex = _ranges(body.turning(self._places, SECTORS))
+        self._count = int(self._vertex.max(initial=-1)) + 1
+        self._place = np.zeros(self._count, np.int64)
+        rows, sectors = np.nonzero(self._vertex >= 0)
+        self._place[self._vertex[rows, sectors]] = rows
+        first, second = _near(self._places, len(corners)).T
+        ends = np.hstack((self._places[first], self._places[second]))
+        edges = []
+        for sign, heading in self._headings(ends):
+            a, b = self._vertices(first, heading), self._vertices(second, heading)
+            fits = (a >= 0) & (b >= 0) & ~np.isnan(heading)
+            costs = np.hypot(*(ends[fits, 2:] - ends[fits, :2]).T) + STOP_M
+            edges.append(np.column_stack((a[fits], b[fits], costs, np.full(len(costs), sign))))
+            edges.append(edges[-1][:, (1, 0, 2, 3)] * (1.0, 1.0, 1.0, -1.0))
+        table = np.concatenate(edges)
+        table = table[np.argsort(table[:, 0], kind="stable")]
+        self._offsets = np.searchsorted(table[:, 0], np.arange(self._count + 1))
+        self._targets, self._costs = table[:, 1].astype(np.int64), np.ascontiguousarray(table[:, 2])
+        self._signs = table[:, 3]
+
+    def way(self, start: PathPose, goal: PathPose) -> Legs | None:
+        """Short way from a start to a goal, whose heading may be NaN for any; None if none is found."""
+        direct = [self._body.legs(np.array((_row(start), _row(goal, sign))), start, goal) for sign in (1.0, -1.0)]
+        if found := [legs for legs in direct if legs is not None]:
+            return min(found, key=lambda legs: float(np.abs(legs.turns_rad).sum()))
+        entry, exit_ = self._entries(start), self._entries(goal)
+        costs, before = cheapest(entry[0], self._offsets, self._targets, self._costs)
+        total = costs + exit_[0]
+        last = int(np.argmin(total)) if len(total) else 0
+        if not len(total) or math.isinf(total[last]):
+            return None
+        chain = [last]
+        while before[chain[-1]] >= 0:
+            chain.append(int(before[chain[-1]]))
+        chain.reverse()
+        rows = [_row(start), (*self._places[self._place[chain[0]]], entry[1][chain[0]])]
+        rows += [(*self._places[self._place[b]], self._sign(a, b)) for a, b in pairwise(chain)]
+        return self._body.legs(np.array([*rows, _row(goal, -exit_[1][last])]), start, goal)
+
+    def _entries(self, pose: PathPose) -> tuple[Floats, Floats]:
+        """Costs (n,) of the straights from a pose to each vertex, and their directions."""
+        costs, signs = np.full(self._count, np.inf), np.ones(self._count)
+        off = np.hypot(*(self._places - (pose.x_m, pose.y_m)).T)
+        near = np.argsort(off, kind="stable")[:ENTRIES]
+        ends = np.hstack((np.broadcast_to((pose.x_m, pose.y_m), (len(near), 2)), self._places[near]))
+        here = _ranges(self._body.turning(np.array([[pose.x_m, pose.y_m]]), SECTORS))[0]
+        allowed = here >= 0
+        if not math.isnan(pose.heading_rad):
+            allowed &= here == here[_sector(np.array([pose.heading_rad]))[0]]
+        for sign, heading in self._headings(ends):
+            vertices = self._vertices(near, heading)
+            fits = (vertices >= 0) & ~np.isnan(heading)
+            fits &= allowed[_sector(heading)]
+            better = fits & (off[near] + STOP_M < costs[vertices])
+            costs[vertices[better]], signs[vertices[better]] = off[near][better] + STOP_M, sign
+        return costs, signs
+
+    def _headings(self, ends: Floats) -> list[tuple[float, Floats]]:
+        """Headings (n,) of straights (n, 4) driven forward (1.0), and backward (−1.0); NaN where they are not free."""
+        ahead, free = np.arctan2(ends[:, 3] - ends[:, 1], ends[:, 2] - ends[:, 0]), self._body.drives(ends)
+        return [
+            (1.0, np.where(free & 1, ahead, np.nan)),
+            (-1.0, np.where(free & 2, ahead + math.pi, np.nan)),
+        ]
+
+    def _vertices(self, places: Ints, headings: Floats) -> Ints:
+        """Vertices of places at headings; −1 where the body cannot turn there."""
+        return self._vertex[places, _sector(headings)]
+
+    def _sign(self, a: int, b: int) -> float:
+        """Direction of the cheapest straight from one vertex to another."""
+        edges = slice(self._offsets[a], self._offsets[a + 1])
+        costs = np.where(self._targets[edges] == b, self._costs[edges], np.inf)
+        return float(self._signs[edges][np.argmin(costs)])
+
+
+def _row(pose: PathPose, sign: float = 1.0) -> tuple[float, float, float]:
+    return pose.x_m, pose.y_m, sign
+
+
+def _sector(headings: Floats) -> Ints:
+    found = np.floor(np.nan_to_num(headings) % math.tau / math.tau * SECTORS).astype(np.int64)
+    return np.minimum(found, SECTORS - 1)
+
+
+def _ranges(free: NDArray[np.bool_]) -> Ints:
+    """Number ranges of free sectors of all places; −1 where a sector is not free. A range may go on past the end."""
+    begins = free & ~np.roll(free, 1, axis=1)
+    begins[free.all(axis=1), 0] = True
+    numbers = np.cumsum(begins.ravel()).reshape(free.shape) - 1
+    last = np.cumsum(begins.sum(axis=1)) - 1  # the range that goes on past the end of a row is its last
+    numbers = np.where(np.maximum.accumulate(begins, axis=1), numbers, last[:, None])
+    return np.where(free, numbers, -1)
+
+
+def _corner_places(body: WalledBody) -> Floats:
+    """Corners of the ground less the body's half widths and its reach."""
+    sides = body.corners[:, 1]
+    found = [np.empty((0, 2))]
+    for off in sorted({float(sides.max()), float(-sides.min()), body.reach_m}):
+        kept = as_area(buffer(body.ground.free, -off - OFF_M, join_style="mitre")).simplify(SIMPLIFIED_M)
+        found.append(shapely.get_coordinates(kept))
+    return _thinned(np.concatenate(found), CORNER_SPACING_M)
+
+
+def _axis_places(body: WalledBody) -> Floats:
+    """Places in the middle between walls, where the narrowest part of the body has room."""
+    samples = shapely.MultiPoint(shapely.get_coordinates(shapely.segmentize(body.ground.free, SAMPLE_M)))
+    vertices = shapely.get_coordinates(shapely.voronoi_polygons(samples, only_edges=True))
+    least = min(float(body.corners[:, 1].max()), float(-body.corners[:, 1].min()))
+    room = as_area(buffer(body.ground.free, -0.9 * least))
+    shapely.prepare(room)
+    return _thinned(vertices[shapely.contains_xy(room, vertices)], SPACING_M)
+
+
+def _thinned(places: Floats, spacing_m: float) -> Floats:
+    """One of the places (n, 2) in each square of a grid."""
+    _, kept = np.unique(np.floor(places / spacing_m).astype(np.int64), axis=0, return_index=True)
+    return places[np.sort(kept)]
+
+
+def _near(places: Floats, corners: int) -> Ints:
+    """Pairs (n, 2) of places that straights are looked for between."""
+    off = np.hypot(*(places[:, None] - places[None]).T)
+    np.fill_diagonal(off, np.inf)
+    nearest = np.argsort(off, axis=1)[:, :NEAREST]
+    among = np.argsort(off[:corners, :corners], axis=1)[:, :CORNERS]
+    pairs = [(i, j) for rows in (nearest, among) for i, row in enumerate(rows.tolist()) for j in row]
+    return np.unique(np.sort(np.array(pairs, dtype=np.int64).reshape(-1, 2), axis=1), axis=0)
