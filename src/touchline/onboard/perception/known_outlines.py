@@ -113,10 +113,10 @@ def _owner_of(x: float, y: float, tolerance_m: float, index: _Index) -> int:
 @kernel
 def _holder_of(x: float, y: float, near: Integers, count: int, index: _Index) -> int:
     """Return the first of the near outlines that a place lies in; −1 if there is none."""
+    boxes = index.boxes
     for k in range(count):
         n = near[k]
-        box = index.boxes[n]
-        if box[0] <= x <= box[2] and box[1] <= y <= box[3]:
+        if boxes[n, 0] <= x <= boxes[n, 2] and boxes[n, 1] <= y <= boxes[n, 3]:
             if inside(x, y, index.corners[index.first[n] : index.first[n + 1]]):
                 return n
     return -1
