@@ -131,7 +131,7 @@ def follow_people(lidar: LidarSpec, people: int, seconds: float, seed: int = 1) 
 
 
 def scan_us(scans: int) -> float:
-    """Return the median CPU time of a scan with 20 things [µs]: ten people, ten posts, rain, and outlines that are known."""
+    """Return the median CPU time of a scan with ten people, ten posts, rain, and 20 outlines that are known [µs]."""
     angles = np.arange(20) * math.tau / 20.0
     places = np.stack((np.cos(angles), np.sin(angles)), 1) * np.linspace(2.0, 8.0, 20)[:, None]
     people = [legs(*place, angle, angle) for place, angle in zip(places[:10].tolist(), angles.tolist(), strict=False)]

@@ -170,6 +170,8 @@ UNFINISHED = Topic(
 WHEREABOUTS = Topic("traversal/whereabouts", m.Whereabouts, 10, units="m, s", tolerance=1e-6, general=False)
 #: Of an emulated robot in lockstep with its team: by this, who touches whom has its bumper pressed.
 TRUE_WAY = Topic("truth/way", m.TrueWay, recorded=False, units="m", general=False)
+#: Of a robot with a lidar: what it sees near it.
+OBSTACLES = Topic("obstacles", m.Obstacles, 5, units="m, m/s", tolerance=1e-6, general=False)
 #: From the coordinator to a robot.
 GUIDANCE = Topic("traversal/guidance", m.Guidance, units="m, s", tolerance=1e-6, general=False, publishers=_TEAM)
 PLAN = Topic("plan", m.Trajectory, latched=True, units="m", tolerance=1e-9)

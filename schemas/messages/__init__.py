@@ -3,6 +3,7 @@
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.contact_messages import ContactReport, ThingContact
 from touchline.schemas.messages.coverage_messages import AreaProgress, AreaReport, MissedPatch, PlannedCoverage
+from touchline.schemas.messages.obstacle_messages import Obstacle, Obstacles
 from touchline.schemas.messages.parameter_messages import (
     DescribeParametersRequest,
     DescribeParametersResponse,
@@ -232,6 +233,8 @@ __all__ = [
     "NavPath",
     "NavSatFix",
     "NavSatStatus",
+    "Obstacle",
+    "Obstacles",
     "Odometry",
     "PaintMarks",
     "ParameterDescriptor",

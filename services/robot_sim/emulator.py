@@ -196,7 +196,8 @@ class Emulator:
         """
         wanted, start = lines_and_start(trajectory, template, self.vehicle, cause.left_out if cause is not None else ())
         boundary = template.boundary.corners if template is not None and template.boundary is not None else ()
-        course = self.onboard.prepare(trajectory, boundary)
+        known = [obstacle.corners for obstacle in template.obstacles] if template is not None else ()
+        course = self.onboard.prepare(trajectory, boundary, known)
         if resume is not None:
             start = resume_pose(trajectory, self.vehicle, resume)
         ledger = ledger_of(wanted, template, self.vehicle.tool)

@@ -8,6 +8,8 @@ from typing import Final
 
 from touchline.onboard import Onboard
 from touchline.onboard.interface import AuxiliarySample, CameraSample, MoveOffWarning, OnboardEvent, Pause, Status
+from touchline.onboard.perception.perception import Perception
+from touchline.onboard.perception.tracks import THING
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
@@ -123,6 +125,47 @@ def _sensor_sample(sample: AuxiliarySample, spec: SensorSpec) -> Payload:
         )
         return topics.RANGE, encode(message)
     return topics.SENSOR_SAMPLE, encode(m.SensorSample(header=head, kind=spec.kind, values=sample.values))
+
+
+def obstacles(tick: int, perception: Perception) -> Payload:
+    """Pack what a robot sees near it.
+
+    Args:
+        tick: Tick after which it is sent.
+        perception: Perception of the robot's computer.
+    """
+    unknown = [
+        m.Obstacle(
+            id=each.number,
+            kind=each.kind,
+            moving=each.moving,
+            x_m=each.x_m,
+            y_m=each.y_m,
+            position_sigma_m=each.place_sigma_m,
+            vx_mps=each.vx_mps,
+            vy_mps=each.vy_mps,
+            velocity_sigma_mps=each.speed_sigma_mps,
+            outline_x_m=each.outline_m[:, 0],
+            outline_y_m=each.outline_m[:, 1],
+            last_seen=m.Time.of_ns(round(each.seen_s * 1e9)),
+        )
+        for each in perception.tracks
+    ]
+    known = [
+        m.Obstacle(
+            id=each.place,
+            kind=THING,
+            known=True,
+            missing=each.missing,
+            x_m=float(each.outline_m[:, 0].mean()),
+            y_m=float(each.outline_m[:, 1].mean()),
+            outline_x_m=each.outline_m[:, 0],
+            outline_y_m=each.outline_m[:, 1],
+            last_seen=m.Time.of_ns(round(max(each.seen_s, 0.0) * 1e9)),
+        )
+        for each in perception.seen_outlines
+    ]
+    return topics.OBSTACLES, encode(m.Obstacles(header=header(tick), obstacles=(*unknown, *known)))
 
 
 def whereabouts(time: Stamp, message: m.Whereabouts) -> bytes:

@@ -31,6 +31,7 @@ from touchline.services.robot_sim.packing import (
     gnss,
     header,
     job_payloads,
+    obstacles,
     order_payload,
     paint_payloads,
     pause_status,
@@ -52,6 +53,7 @@ from touchline.services.robot_sim.world.world import held
 _CLOCK_TICKS: Final = period(topics.CLOCK)
 _STATUS_TICKS: Final = period(topics.STATUS)
 _PAINT_TICKS: Final = period(topics.PAINT)
+_OBSTACLE_TICKS: Final = period(topics.OBSTACLES)
 _AREA_TICKS: Final = period(topics.AREA)
 MOST_TICKS: Final = math.gcd(WHEREABOUTS_TICKS, _CLOCK_TICKS, _STATUS_TICKS, _PAINT_TICKS)
 """Largest number of ticks between two checks of the low-rate topics."""
@@ -195,6 +197,8 @@ class Telemetry:
         due = sensor_samples(emulator.samples, emulator.auxiliary.specs)
         if tick % WHEREABOUTS_TICKS == 0 and (message := emulator.onboard.whereabouts) is not None:
             due.append((topics.WHEREABOUTS, whereabouts(time, message)))
+        if tick % _OBSTACLE_TICKS == 0 and (perception := emulator.onboard.perception) is not None:
+            due.append(obstacles(tick, perception))
         if tick % _PAINT_TICKS == 0:
             due += self._paint(time)
         due += [*self._orders(), *self._events(), *self._warnings()]

@@ -27,11 +27,12 @@ from touchline.schemas.messages import Event
 from touchline.schemas.topics import Topic
 from touchline.services.robot_sim.packing import Payload
 
-PLAN, WORLD, SENSORS, ESTIMATOR, FOLLOWER, EXECUTIVE, PAINT = PARTS = (
+PLAN, WORLD, SENSORS, ESTIMATOR, PERCEPTION, FOLLOWER, EXECUTIVE, PAINT = PARTS = (
     "plan",
     "world",
     "sensors",
     "estimator",
+    "perception",
     "follower",
     "executive",
     "paint",
@@ -55,6 +56,7 @@ PART_OF: Final[Mapping[str, str]] = {
     topics.JOINT_STATES.name: SENSORS,
     topics.ODOMETRY.name: ESTIMATOR,
     topics.ESTIMATOR.name: ESTIMATOR,
+    topics.OBSTACLES.name: PERCEPTION,
     topics.ACTUATOR_COMMAND.name: FOLLOWER,
     topics.STATUS.name: EXECUTIVE,
     topics.PAUSE_STATUS.name: EXECUTIVE,

@@ -44,6 +44,7 @@ from touchline.onboard.interface import (
     Status,
 )
 from touchline.onboard.nominal_tick import CourseArrays
+from touchline.onboard.perception.perception import Perception, lidars_of
 from touchline.onboard.protection.protection import Blocked, Protection
 from touchline.onboard.tracking_state import HEADING_ERROR, NOZZLE_LATERAL, REFERENCE_SPEED
 from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus, Whereabouts
@@ -79,6 +80,7 @@ class Onboard:
         follower: Follower in place of the configured one.
 
     Attributes:
+        perception: What the robot sees by its lidars; None without one.
         protection: Protection against contact, which takes what the robot's lidars see.
     """
 
@@ -101,6 +103,7 @@ class Onboard:
         monitors = Monitors(self._watch, self._hazards, rules, self.protection)
         self._traversal = Traversal(vehicle, self._follower, self._estimator, monitors, self._state, self._log)
         self._auxiliary = AuxiliarySensors(vehicle, self._estimator)
+        self.perception = Perception(vehicle) if lidars_of(vehicle) else None
         self._estimate: tuple[int, Estimate] | None = None
 
     def check_load(self) -> None:
@@ -111,17 +114,24 @@ class Onboard:
         """
         self._traversal.check_load()
 
-    def prepare(self, trajectory: Trajectory, boundary: Sequence[tuple[float, float]] = ()) -> Course:
+    def prepare(
+        self,
+        trajectory: Trajectory,
+        boundary: Sequence[tuple[float, float]] = (),
+        obstacles: Sequence[Sequence[tuple[float, float]]] = (),
+    ) -> Course:
         """Check a trajectory without changing anything, so any thread may do it while the robot works.
 
         Args:
             trajectory: Path, speeds and actuation.
             boundary: Corners (x, y) [m] inside which the robot stays, map frame; if empty, the plan's surroundings.
+            obstacles: Corners (x, y) [m] of the things that the plan knows.
 
         Raises:
             CommandRefused: It cannot be driven.
         """
-        return prepare_course(trajectory, boundary, self._vehicle, self._fence_limits)
+        course = prepare_course(trajectory, boundary, self._vehicle, self._fence_limits)
+        return course._replace(obstacles=obstacles)
 
     def load(
         self,
@@ -159,16 +169,24 @@ class Onboard:
         """
         duration_s = self._traversal.take(course, resume)
         self._estimator.restart(self._traversal.begins_at)
+        if self.perception is not None:
+            self.perception.restart(course.obstacles)
         self._estimate = None
         return duration_s
 
     def take_here(self, course: Course) -> float:
         """Take a course that begins where the robot stands; unlike with `take`, the estimator continues."""
-        return self._traversal.take_here(course)
+        duration_s = self._traversal.take_here(course)
+        if self.perception is not None:
+            self.perception.restart(course.obstacles)
+        return duration_s
 
     def take_over(self, course: Course) -> float:
         """Continue on a prepared course while driving, without a stop; return its planned duration [s]."""
-        return self._traversal.take_over(course)
+        duration_s = self._traversal.take_over(course)
+        if self.perception is not None:
+            self.perception.know(course.obstacles)
+        return duration_s
 
     def begin_guided(self) -> None:
         """Follow a coordinator's guidance from now on; the robot stands until the first guidance arrives."""
@@ -230,9 +248,21 @@ class Onboard:
 
     def take_samples(self, samples: Sequence[AuxiliarySample]) -> None:
         """Use measurements of auxiliary sensors; call it before the first tick that follows their arrival."""
+        if self.perception is not None:
+            samples = self._perceived(samples, self.perception)
         for flaw in self._auxiliary.take(samples):
             self._log.report(WARN, "sensor-failed", f"{flaw}; it is not used any more")
         self._estimate = None
+
+    def _perceived(self, samples: Sequence[AuxiliarySample], perception: Perception) -> list[AuxiliarySample]:
+        """Let perception take the scans of lidars; return all other samples."""
+        for sample in filter(perception.takes, samples):
+            for place in perception.take(sample, self._estimator):
+                x, y = perception.known.outlines[place].mean(axis=0).tolist()
+                self._log.report(WARN, "obstacle-missing", f"the plan's obstacle at ({x:.1f}, {y:.1f}) m is not there")
+            if (hits := perception.hits) is not None:
+                self.protection.take(hits)
+        return [sample for sample in samples if not perception.takes(sample)]
 
     def step(self, frame: SensorFrame) -> Command:
         """Run one tick; frames must come in order, without gaps."""
@@ -277,7 +307,9 @@ class Onboard:
     @property
     def steady(self) -> bool:
         """True if the robot is guided and, in nominal ticks, only the motion in its messages changes."""
-        return self._log.empty and self.guided_course(self._estimator.times.tick) is not None
+        return (
+            self.perception is None and self._log.empty and self.guided_course(self._estimator.times.tick) is not None
+        )
 
     def driven(self, tick: int) -> Command:
         """Account for the ticks up to this one, which `nominal_tick` has run; return the command in force."""

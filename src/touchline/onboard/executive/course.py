@@ -13,10 +13,11 @@ from touchline.schemas.vehicles import Vehicle
 
 
 class Course(NamedTuple):
-    """Checked trajectory with the fence round it."""
+    """Checked trajectory with the fence round it, and the outlines of the things that its plan keeps off."""
 
     plan: LoadedTrajectory
     fence: Geofence
+    obstacles: Sequence[Sequence[tuple[float, float]]] = ()
 
 
 def prepare_course(

@@ -14,7 +14,7 @@ Integers = NDArray[np.int64]
 
 
 @kernel
-def assign(cost: Floats, rows: int, columns: int, row_of: Integers, work: Floats, way: Integers) -> None:
+def assign(cost: Floats, rows: int, columns: int, row_of: Integers, prices: Floats, way: Integers) -> None:
     """Assign rows to columns so that the sum of costs is least: the Hungarian method by shortest augmenting paths.
 
     R. Jonker, A. Volgenant, A shortest augmenting path algorithm for dense and sparse linear assignment problems,
@@ -25,10 +25,10 @@ def assign(cost: Floats, rows: int, columns: int, row_of: Integers, work: Floats
         rows: Number of rows, at most that of columns.
         columns: Number of columns.
         row_of: (columns + 1 or more,) set to the row of each column, counted from 1 as the column is; 0: none.
-        work: (4, columns + 1 or more) memory.
+        prices: (4, columns + 1 or more) memory.
         way: (columns + 1 or more,) memory.
     """
-    row_price, column_price, least, done = work[0], work[1], work[2], work[3]
+    row_price, column_price, least, done = prices[0], prices[1], prices[2], prices[3]
     for j in range(columns + 1):
         row_price[j] = column_price[j] = 0.0
         row_of[j] = 0

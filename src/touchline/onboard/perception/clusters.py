@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.jit import borrowing, kernel
-from touchline.onboard.perception.scan import THING, Beams, LidarFigures, sigma_of
+from touchline.onboard.perception.scan import THING, Beams, ScanFigures, sigma_of
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -102,7 +102,7 @@ def _apart(a: Floats, b: Floats) -> float:
 
 
 @kernel
-def _broken(lidar: LidarFigures, beams: Beams, i: int, j: int) -> bool:
+def _broken(lidar: ScanFigures, beams: Beams, i: int, j: int) -> bool:
     """Return whether the returns of two beams, one after the other, belong to different things."""
     near = min(beams.range_m[i], beams.range_m[j])
     most = _BREAK_M + 2.0 * near * lidar.step_rad + 3.0 * sigma_of(lidar, near)
@@ -110,7 +110,7 @@ def _broken(lidar: LidarFigures, beams: Beams, i: int, j: int) -> bool:
 
 
 @kernel
-def _corner(lidar: LidarFigures, beams: Beams, first: int, last: int, order: Integers) -> int:
+def _corner(lidar: ScanFigures, beams: Beams, first: int, last: int, order: Integers) -> int:
     """Return the place of a corner seen from inside, which splits a cluster; −1 if it has none."""
     a, b = beams.points_m[order[first]], beams.points_m[order[last]]
     ray = beams.rays[order[first]]
@@ -157,7 +157,7 @@ def _describe(beams: Beams, first: int, last: int, unit: Floats, clusters: Clust
 
 
 @kernel
-def _split(lidar: LidarFigures, beams: Beams, first: int, last: int, unit: Floats, clusters: Clusters) -> None:
+def _split(lidar: ScanFigures, beams: Beams, first: int, last: int, unit: Floats, clusters: Clusters) -> None:
     """Append the clusters of a run of returns without breaks: one, or several where it has corners."""
     ends, waiting = clusters.ends, 1
     ends[0, 0], ends[0, 1] = first, last
@@ -218,7 +218,7 @@ def _merge(n: int, k: int, unit: Floats, clusters: Clusters) -> None:
 
 
 @borrowing
-def form_clusters(lidars: Sequence[LidarFigures], beams: Beams, unit: Floats, clusters: Clusters) -> None:
+def form_clusters(lidars: Sequence[ScanFigures], beams: Beams, unit: Floats, clusters: Clusters) -> None:
     """Form the clusters of a scan's things.
 
     Args:

@@ -58,9 +58,7 @@ def _occupy(cells: Floats, marks: Integers, i: int, j: int, scan: int) -> None:
 
 
 @borrowing
-def enter_scan(
-    beams: Beams, free_m: float, scan: int, corner: Integers, cells: Floats, marks: Integers
-) -> None:
+def enter_scan(beams: Beams, free_m: float, scan: int, corner: Integers, cells: Floats, marks: Integers) -> None:
     """Enter a scan: returns are occupied, what lies before them is free.
 
     Args:
@@ -72,11 +70,11 @@ def enter_scan(
         marks: (CELLS, CELLS) number of the last scan that changed each.
     """
     last = beams.rays[len(beams.rays) - 1]
-    x, y = int(math.floor(last[0] / CELL_M)) - CELLS // 2, int(math.floor(last[1] / CELL_M)) - CELLS // 2
+    x, y = math.floor(last[0] / CELL_M) - CELLS // 2, math.floor(last[1] / CELL_M) - CELLS // 2
     _move(corner, x, y, cells)
     for b in range(len(beams.kind)):
         if beams.kind[b] == THING or beams.kind[b] == KNOWN:
-            i, j = int(math.floor(beams.points_m[b, 0] / CELL_M)), int(math.floor(beams.points_m[b, 1] / CELL_M))
+            i, j = math.floor(beams.points_m[b, 0] / CELL_M), math.floor(beams.points_m[b, 1] / CELL_M)
             if x <= i < x + CELLS and y <= j < y + CELLS:
                 _occupy(cells, marks, i, j, scan)
     for b in range(scan % _STRIDE, len(beams.kind), _STRIDE):

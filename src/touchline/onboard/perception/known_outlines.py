@@ -26,6 +26,7 @@ _SAMPLE_M: Final = 0.2
 _FREE_LOG_ODDS: Final = -1.5
 _FREE_SHARE: Final = 0.8
 """Share of an outline that must be seen free for the thing to be missing."""
+_SHOWN_S: Final = 1.0
 _UNSEEN_S: Final = 2.0
 """Time for which nothing of it may have been seen."""
 
@@ -93,7 +94,7 @@ def _indexed(polygons: Sequence[Floats]) -> _Index:
 @kernel
 def _owner_of(x: float, y: float, tolerance_m: float, index: _Index) -> int:
     """Return the outline whose edge is nearest to a place; −1 if none is within the tolerance."""
-    key, low, high = _key(int(math.floor(x / _CELL_M)), int(math.floor(y / _CELL_M))), 0, len(index.keys)
+    key, low, high = _key(math.floor(x / _CELL_M), math.floor(y / _CELL_M)), 0, len(index.keys)
     while low < high:
         middle = (low + high) // 2
         if index.keys[middle] < key:
@@ -113,12 +114,12 @@ def _owner_of(x: float, y: float, tolerance_m: float, index: _Index) -> int:
 @kernel
 def _holder_of(x: float, y: float, near: Integers, count: int, index: _Index) -> int:
     """Return the first of the near outlines that a place lies in; −1 if there is none."""
+    boxes = index.boxes
     for k in range(count):
         n = near[k]
-        box = index.boxes[n]
-        if box[0] <= x <= box[2] and box[1] <= y <= box[3]:
-            if inside(x, y, index.corners[index.first[n] : index.first[n + 1]]):
-                return n
+        within = boxes[n, 0] <= x <= boxes[n, 2] and boxes[n, 1] <= y <= boxes[n, 3]
+        if within and inside(x, y, index.corners[index.first[n] : index.first[n + 1]]):
+            return n
     return -1
 
 
@@ -156,6 +157,22 @@ def explain(beams: Beams, tolerance_m: float, index: _Index, near: Integers, tim
             seen_s[owner] = time_s
 
 
+class SeenOutline(NamedTuple):
+    """An outline that the plan knows and the robot sees, or misses.
+
+    Attributes:
+        place: Place in the plan's list, from 0.
+        outline_m: (k, 2) corners, map frame.
+        missing: True if its place was seen to be free.
+        seen_s: Time at which it was last seen; −inf before.
+    """
+
+    place: int
+    outline_m: Floats
+    missing: bool
+    seen_s: float
+
+
 class KnownOutlines:
     """Outlines that the plan knows.
 
@@ -188,6 +205,15 @@ class KnownOutlines:
             return
         tolerance_m = min(TOLERANCE_M + error_m, _MOST_TOLERANCE_M)
         explain(beams, tolerance_m, self._index, self._near, time_s, self.seen_s)
+
+    def seen(self, time_s: float) -> list[SeenOutline]:
+        """Return the outlines that were seen in the last second, or are missing.
+
+        Args:
+            time_s: Present time.
+        """
+        shown = np.flatnonzero(self.missing | (self.seen_s >= time_s - _SHOWN_S)).tolist()
+        return [SeenOutline(n, self.outlines[n], bool(self.missing[n]), float(self.seen_s[n])) for n in shown]
 
     def newly_missing(self, grid: FadingGrid, time_s: float) -> list[int]:
         """Return the outlines, by their place in the list, that are found to be missing now; at most once a second.

@@ -17,8 +17,8 @@ from touchline.onboard.interface import TICK_S, TICKS_PER_S, AuxiliarySample
 from touchline.onboard.perception.clusters import UNIT, Clusters, form_clusters
 from touchline.onboard.perception.fading_grid import FadingGrid
 from touchline.onboard.perception.hits import Hits
-from touchline.onboard.perception.known_outlines import KnownOutlines, Polygon
-from touchline.onboard.perception.scan import GROUND, KNOWN, THING, Beams, LidarFigures, gather, place_beams
+from touchline.onboard.perception.known_outlines import KnownOutlines, Polygon, SeenOutline
+from touchline.onboard.perception.scan import GROUND, KNOWN, THING, Beams, ScanFigures, gather, place_beams
 from touchline.onboard.perception.scan_memory import ScanMemory, confirm
 from touchline.onboard.perception.tracks import Track, Tracks
 from touchline.onboard.perception.unseen import unseen_edges
@@ -39,7 +39,7 @@ class _Lidar:
     """A lidar: its figures, and what is kept of its last scans."""
 
     def __init__(self, spec: LidarSpec) -> None:
-        self.spec, self.figures = spec, LidarFigures.of(spec)
+        self.spec, self.figures = spec, ScanFigures.of(spec)
         self.beams, self.memory = Beams.of(spec), ScanMemory.of(spec.beams)
         self.clusters, self.points_m = Clusters.of(spec.beams), np.empty((2 * spec.beams + _MOST_UNSEEN, 2))
         self.hits: Hits | None = None
@@ -76,12 +76,17 @@ class Perception:
             known: Corners (x, y) of the outlines that the plan knows, map frame [m].
         """
         self._lidars = {each.name: _Lidar(each) for each in lidars_of(self._vehicle)}
-        self._tracks, self.grid, self.known = Tracks(), FadingGrid(), KnownOutlines(known)
+        self._tracks, self.grid = Tracks(), FadingGrid()
+        self.know(known)
         self._time_s, self._place, self.way_m, self.too_late = 0.0, (math.nan, math.nan), 0.0, 0
 
-    def takes(self, sensor: str) -> bool:
-        """Return whether this is the name of one of its lidars."""
-        return sensor in self._lidars
+    def know(self, known: Sequence[Polygon]) -> None:
+        """Replace the outlines that the plan knows; arguments as in `restart`."""
+        self.known = KnownOutlines(known)
+
+    def takes(self, sample: AuxiliarySample) -> bool:
+        """Return whether a sample is a scan of one of its lidars."""
+        return sample.sensor in self._lidars
 
     def take(self, sample: AuxiliarySample, estimator: Estimator) -> list[int]:
         """Take a scan.
@@ -147,6 +152,11 @@ class Perception:
     def tracks(self) -> list[Track]:
         """Things that the plan does not know, as they are expected to be at the last scan."""
         return self._tracks.at(self._time_s, _MARGIN_M)
+
+    @property
+    def seen_outlines(self) -> list[SeenOutline]:
+        """Outlines known to the plan that were seen lately, or are missing."""
+        return self.known.seen(self._time_s)
 
     def _note_way(self, east_m: float, north_m: float) -> None:
         moved_m = math.hypot(east_m - self._place[0], north_m - self._place[1])

@@ -37,7 +37,7 @@ _GROUND_M: Final = 0.3
 """Least distance by which a thing in front of the predicted ground differs from it."""
 
 
-class LidarFigures(Record):
+class ScanFigures(Record):
     """Data sheet of a lidar as kernels need it."""
 
     step_rad: float
@@ -94,7 +94,8 @@ def inside(x: float, y: float, corners: Floats) -> bool:
     """Return whether a point lies in a polygon, by the parity of crossings.
 
     Args:
-        x: Coordinate of the point; `y` the other.
+        x: The point, with `y`.
+        y: Its other coordinate.
         corners: (n, 2) corners.
     """
     found = False
@@ -109,14 +110,14 @@ def inside(x: float, y: float, corners: Floats) -> bool:
 
 
 @kernel
-def sigma_of(lidar: LidarFigures, range_m: float) -> float:
+def sigma_of(lidar: ScanFigures, range_m: float) -> float:
     """Standard deviation of a range's noise [m]."""
     sigma: float = lidar.sigma_m + lidar.sigma_relative * range_m
     return sigma
 
 
 @kernel
-def _may_be_ground(lidar: LidarFigures, range_m: float, down_rad: float, level_rad: float) -> bool:
+def _may_be_ground(lidar: ScanFigures, range_m: float, down_rad: float, level_rad: float) -> bool:
     """Return whether a range is that of the ground, for all that is known of it.
 
     Args:
@@ -137,7 +138,7 @@ def _may_be_ground(lidar: LidarFigures, range_m: float, down_rad: float, level_r
 
 @borrowing
 def place_beams(
-    lidars: Sequence[LidarFigures],
+    lidars: Sequence[ScanFigures],
     stamp_s: float,
     states: Floats,
     tick: int,
@@ -164,7 +165,7 @@ def place_beams(
     for i in range(count):
         time_s = stamp_s - lidar.scan_s * (count - 1 - i) / (count - 1)
         at = time_s * TICKS_PER_S
-        before = min(int(math.floor(at + 1e-6)), tick)
+        before = min(math.floor(at + 1e-6), tick)
         share = min(max(at - before, 0.0), 1.0) if before < tick else 0.0
         a, b = states[before % RING], states[min(before + 1, tick) % RING]
         east = a[EAST] + share * (b[EAST] - a[EAST])

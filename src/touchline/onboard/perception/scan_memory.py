@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.jit import borrowing, kernel
-from touchline.onboard.perception.scan import GROUND, NOTHING, THING, UNCONFIRMED, Beams, LidarFigures
+from touchline.onboard.perception.scan import GROUND, NOTHING, THING, UNCONFIRMED, Beams, ScanFigures
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 _CELLS: Final = 128
-"""Cells of a side of the memory, a power of two; places whole multiples of this apart share one, which only confirms more."""
+"""Cells of a side of the memory, a power of two; places farther apart may share one, which only confirms more."""
 _MASK: Final = _CELLS - 1
 _GROUND_CELL_M: Final = 0.25
 _MOVED_M: Final = 0.6
@@ -62,7 +62,7 @@ class ScanMemory(NamedTuple):
 
 @kernel
 def _cell(value_m: float, size_m: float) -> int:
-    return int(math.floor(value_m / size_m)) & _MASK
+    return math.floor(value_m / size_m) & _MASK
 
 
 @kernel
@@ -91,13 +91,13 @@ def _stays(memory: ScanMemory, x: float, y: float, way_m: float) -> bool:
 
 
 @kernel
-def _without_return(lidar: LidarFigures, x: float, y: float, beams: Beams) -> bool:
+def _without_return(lidar: ScanFigures, x: float, y: float, beams: Beams) -> bool:
     """Return whether the beams in the direction of a place, and those beside them, have no return."""
     count = len(beams.kind)
     last = beams.rays[count - 1]
     bearing = math.atan2(y - last[1], x - last[0]) - math.atan2(last[3], last[2])
-    steps = int(math.floor(bearing / lidar.step_rad + 0.5)) + count - 1
-    turn = int(math.floor(2.0 * math.pi / lidar.step_rad + 0.5))
+    steps = math.floor(bearing / lidar.step_rad + 0.5) + count - 1
+    turn = math.floor(2.0 * math.pi / lidar.step_rad + 0.5)
     for k in range(steps - 1, steps + 2):
         i = k % turn
         if i >= count or beams.kind[i] != NOTHING:
@@ -107,12 +107,12 @@ def _without_return(lidar: LidarFigures, x: float, y: float, beams: Beams) -> bo
 
 @borrowing
 def confirm(
-    lidars: Sequence[LidarFigures], beams: Beams, near_m: float, cell_m: float, way_m: float, memory: ScanMemory
+    lidars: Sequence[ScanFigures], beams: Beams, near_m: float, cell_m: float, way_m: float, memory: ScanMemory
 ) -> None:
     """Confirm the returns of a scan by the two before, and find the confirmed ones that this scan has missed.
 
     A return beyond `near_m` counts if one of the two scans before had one close to it: a thing is seen again, rain is
-    not. A confirmed return in whose direction there is none now stays for this scan: it was missed by chance, or is gone.
+    not. A confirmed return in whose direction there is none now stays for this scan: it may have been missed.
 
     Args:
         lidars: (1,) data sheet.

@@ -121,16 +121,22 @@ class Track(NamedTuple):
 
 
 class _Work(NamedTuple):
-    """Memory of the assignment: costs, and the arrays of `assign`."""
+    """Memory of `follow`.
+
+    Attributes:
+        cost: (MOST, columns) costs of the assignment; `row_of`, `prices` and `way` are its memory, see `assign`.
+        rows: (MOST,) places of the tracks in use.
+        seen: (MOST_CLUSTERS, 5) of each cluster x, y, time, and the variance if it is a thing, or of a person.
+        unit: (DIRECTIONS, 2) unit vectors.
+    """
 
     cost: Floats
     row_of: Integers
-    work: Floats
+    prices: Floats
     way: Integers
     rows: Integers
-    """(MOST,) places of the tracks in use."""
+    seen: Floats
     unit: Floats
-    """(DIRECTIONS, 2) unit vectors."""
 
 
 @kernel
@@ -150,12 +156,10 @@ def _cluster_var(clusters: Clusters, n: int, striding: bool, error_m: float) -> 
 
 
 @kernel
-def _astray(track: TrackState, clusters: Clusters, n: int) -> tuple[float, float, float]:
-    """Return where a cluster is from where its track is expected at that time [m], and this time since the last [s]."""
-    after_s = max(clusters.time_s[n] - track.time_s, 0.0)
-    x = clusters.centre_m[n, 0] - track.x_m - after_s * track.vx_mps
-    y = clusters.centre_m[n, 1] - track.y_m - after_s * track.vy_mps
-    return x, y, after_s
+def _astray(track: TrackState, x: float, y: float, time_s: float) -> tuple[float, float, float]:
+    """Return how far a place is from where a track is expected then, on both axes [m], and the time since its last."""
+    after_s = max(time_s - track.time_s, 0.0)
+    return x - track.x_m - after_s * track.vx_mps, y - track.y_m - after_s * track.vy_mps, after_s
 
 
 @kernel
@@ -167,28 +171,33 @@ def _predicted_var(track: TrackState, after_s: float) -> float:
 
 
 @kernel
-def _cost(track: TrackState, clusters: Clusters, n: int, error_m: float) -> float:
-    """Return the squared distance of a cluster from a track in units of its variance, at most the gate."""
-    x, y, after_s = _astray(track, clusters, n)
-    var = _predicted_var(track, after_s) + _cluster_var(clusters, n, track.legs > _STRIDING, error_m)
+def _cost(track: TrackState, seen: Floats) -> float:
+    """Return the squared distance of a cluster from a track in units of its variance, at most the gate.
+
+    Args:
+        track: The track.
+        seen: (5,) x, y, time, and the variance of a thing and of a person there; a row of `_Work.seen`.
+    """
+    x, y, after_s = _astray(track, seen[0], seen[1], seen[2])
+    var = _predicted_var(track, after_s) + (seen[4] if track.legs > _STRIDING else seen[3])
     return min((x * x + y * y) / var, _GATE)
 
 
 @kernel
-def _update(track: TrackState, clusters: Clusters, n: int, error_m: float, unit: Floats) -> None:
-    """Update a track by its cluster."""
-    dx, dy, after_s = _astray(track, clusters, n)
+def _update(track: TrackState, seen: Floats, clusters: Clusters, n: int, unit: Floats) -> None:
+    """Update a track by its cluster; `seen` as in `_cost`."""
+    dx, dy, after_s = _astray(track, seen[0], seen[1], seen[2])
     place_var = _predicted_var(track, after_s)
     both_var = track.both_var + after_s * track.speed_var + 0.5 * _ACCELERATION * after_s * after_s
     speed_var = track.speed_var + _ACCELERATION * after_s
-    gain = 1.0 / (place_var + _cluster_var(clusters, n, track.legs > _STRIDING, error_m))
+    gain = 1.0 / (place_var + (seen[4] if track.legs > _STRIDING else seen[3]))
     x, y = track.x_m + after_s * track.vx_mps, track.y_m + after_s * track.vy_mps
     track.x_m, track.y_m = x + gain * place_var * dx, y + gain * place_var * dy
     track.vx_mps, track.vy_mps = track.vx_mps + gain * both_var * dx, track.vy_mps + gain * both_var * dy
     track.place_var = place_var - gain * place_var * place_var
     track.both_var = both_var - gain * place_var * both_var
     track.speed_var = speed_var - gain * both_var * both_var
-    track.time_s = max(clusters.time_s[n], track.time_s)
+    track.time_s = max(seen[2], track.time_s)
     track.seen, track.missed = track.seen + 1, 0
     track.legs += 0.2 * ((1.0 if clusters.legs[n] == 2 else 0.0) - track.legs)
     _evaluate_motion(track, clusters.width_m[n, 0], clusters.width_m[n, 1])
@@ -231,12 +240,12 @@ def _take_hull(track: TrackState, hull: Floats, unit: Floats) -> None:
 
 
 @kernel
-def _bear(track: TrackState, number: int, clusters: Clusters, n: int, error_m: float) -> None:
+def _bear(track: TrackState, number: int, seen: Floats, clusters: Clusters, n: int) -> None:
     """Begin a track with a cluster."""
     track.number, track.seen, track.missed = number, 1, 0
-    track.time_s, track.x_m, track.y_m = clusters.time_s[n], clusters.centre_m[n, 0], clusters.centre_m[n, 1]
+    track.x_m, track.y_m, track.time_s = seen[0], seen[1], seen[2]
     track.vx_mps = track.vy_mps = 0.0
-    track.place_var = _cluster_var(clusters, n, False, error_m)
+    track.place_var = seen[3]
     track.both_var, track.speed_var = 0.0, _FASTEST_MPS * _FASTEST_MPS
     track.moving = track.moved = False
     track.width_m, track.thickness_m = clusters.width_m[n, 0], clusters.width_m[n, 1]
@@ -248,14 +257,18 @@ def _bear(track: TrackState, number: int, clusters: Clusters, n: int, error_m: f
 
 
 @kernel
-def _is_of_a_person(clusters: Clusters, n: int, tracks: Sequence[TrackState], work: _Work, used: int) -> bool:
-    """Return whether a cluster is a leg close to a person who was seen in this scan: the other leg, or a part of one."""
-    if clusters.width_m[n, 0] > LEG_M:
-        return False
-    for r in range(used):
-        track = tracks[work.rows[r]]
+def _is_at_a_person(seen: Floats, tracks: Sequence[TrackState], rows: Integers) -> bool:
+    """Return whether a place is within a step of a person who was seen in this scan.
+
+    Args:
+        seen: The place, as in `_cost`.
+        tracks: (MOST,) tracks.
+        rows: (n,) places of those in use.
+    """
+    for r in rows:
+        track = tracks[r]
         if track.legs > _STRIDING and track.missed == 0:
-            x, y, _ = _astray(track, clusters, n)
+            x, y, _ = _astray(track, seen[0], seen[1], seen[2])
             if math.hypot(x, y) <= STEP_M:
                 return True
     return False
@@ -275,34 +288,38 @@ def follow(
         work: Memory.
         numbers: (1,) number of the last new track; changed.
     """
-    rows, used, found = work.rows, 0, clusters.count[0]
+    rows, row_of, seen, used, found = work.rows, work.row_of, work.seen, 0, clusters.count[0]
     for k in range(len(tracks)):
         if tracks[k].number != 0:
             rows[used] = k
             used += 1
     # A column at the cost of the gate stands for "not seen"; there are as many as are needed for every track.
     columns = max(found, used)
+    for n in range(found):
+        seen[n, 0], seen[n, 1], seen[n, 2] = clusters.centre_m[n, 0], clusters.centre_m[n, 1], clusters.time_s[n]
+        seen[n, 3] = _cluster_var(clusters, n, False, error_m)
+        seen[n, 4] = _cluster_var(clusters, n, True, error_m)
     for r in range(used):
-        for n in range(found):
-            work.cost[r, n] = _cost(tracks[rows[r]], clusters, n, error_m)
-        for n in range(found, columns):
-            work.cost[r, n] = _GATE
-    assign(work.cost, used, columns, work.row_of, work.work, work.way)
+        for n in range(columns):
+            work.cost[r, n] = _cost(tracks[rows[r]], seen[n]) if n < found else _GATE
+    assign(work.cost, used, columns, row_of, work.prices, work.way)
     for r in range(used):
         tracks[rows[r]].missed += 1
     for n in range(found):
-        r = work.row_of[n + 1] - 1
+        r = row_of[n + 1] - 1
         if r >= 0 and work.cost[r, n] < _GATE:
-            _update(tracks[rows[r]], clusters, n, error_m, work.unit)
-            work.row_of[n + 1] = -1
+            _update(tracks[rows[r]], seen[n], clusters, n, work.unit)
+            row_of[n + 1] = -1
     free = 0
     for n in range(found):
-        if work.row_of[n + 1] >= 0 and not _is_of_a_person(clusters, n, tracks, work, used):
+        # The other leg of a person, or a part of one, is nobody else.
+        leg = clusters.width_m[n, 0] <= LEG_M
+        if row_of[n + 1] >= 0 and not (leg and _is_at_a_person(seen[n], tracks, rows[:used])):
             while free < len(tracks) and tracks[free].number != 0:
                 free += 1
             if free < len(tracks):
                 numbers[0] += 1
-                _bear(tracks[free], numbers[0], clusters, n, error_m)
+                _bear(tracks[free], numbers[0], seen[n], clusters, n)
     for r in range(used):
         track = tracks[rows[r]]
         tentative = track.seen == 1 and track.missed >= _TENTATIVE_SCANS
@@ -316,9 +333,9 @@ class Tracks:
     def __init__(self) -> None:
         self._rows = np.zeros(MOST, TrackState.dtype)
         columns = max(MOST, MOST_CLUSTERS) + 1
-        cost, work = np.zeros((MOST, columns)), np.zeros((4, columns))
+        cost, prices, seen = np.zeros((MOST, columns)), np.zeros((4, columns)), np.zeros((MOST_CLUSTERS, 5))
         row_of, way, rows = (np.zeros(size, np.int64) for size in (columns, columns, MOST))
-        self._work, self._numbers = _Work(cost, row_of, work, way, rows, UNIT), np.zeros(1, np.int64)
+        self._work, self._numbers = _Work(cost, row_of, prices, way, rows, seen, UNIT), np.zeros(1, np.int64)
 
     def follow(self, clusters: Clusters, error_m: float, now_s: float) -> None:
         """Take the clusters of a scan.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.jit import borrowing, kernel
-from touchline.onboard.perception.scan import NOTHING, UNCONFIRMED, UNUSABLE, Beams, LidarFigures
+from touchline.onboard.perception.scan import NOTHING, UNCONFIRMED, UNUSABLE, Beams, ScanFigures
 
 Floats = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ _DEPTH_M: Final = 0.3
 
 
 @kernel
-def _seen_m(lidar: LidarFigures, beams: Beams, i: int) -> float:
+def _seen_m(lidar: ScanFigures, beams: Beams, i: int) -> float:
     """Range up to which a beam has seen the ground free."""
     if beams.kind[i] == UNUSABLE:
         return 0.0
@@ -35,7 +35,7 @@ def _seen_m(lidar: LidarFigures, beams: Beams, i: int) -> float:
 @kernel
 def _put_edge(beams: Beams, i: int, from_m: float, to_m: float, points: Floats, count: int) -> int:
     """Put points along a beam; return the number of points so far."""
-    ray, steps = beams.rays[i], int(math.ceil((to_m - from_m) / SPACING_M))
+    ray, steps = beams.rays[i], math.ceil((to_m - from_m) / SPACING_M)
     for k in range(steps + 1):
         if count < len(points):
             far = from_m + (to_m - from_m) * k / max(steps, 1)
@@ -45,7 +45,7 @@ def _put_edge(beams: Beams, i: int, from_m: float, to_m: float, points: Floats, 
 
 
 @borrowing
-def unseen_edges(lidars: Sequence[LidarFigures], beams: Beams, points: Floats) -> int:
+def unseen_edges(lidars: Sequence[ScanFigures], beams: Beams, points: Floats) -> int:
     """Find the edges of unseen ground, up to RANGE_M from the lidar.
 
     A thing that comes out of unseen ground crosses such an edge, or the seen thing in front of it.
