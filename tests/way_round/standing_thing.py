@@ -43,12 +43,9 @@ class HeldRobot(Emulator):
     def take(self, job: LoadedJob) -> float:
         """Find where on the path the body would be too near to the thing."""
         duration_s = super().take(job)
-        near = (
-            float(arc_m)
-            for arc_m, pose in zip(*_poses(job.course.plan), strict=True)
-            if body_at(tuple(pose), self.vehicle).distance(self._shape) < KEPT_M
-        )
-        self._limit_m, self._since = next(near, math.inf), -1
+        arcs_m, poses = _poses(job.course.plan)
+        near = [body_at(tuple(pose), self.vehicle).distance(self._shape) < KEPT_M for pose in poses]
+        self._limit_m, self._since = float(arcs_m[max(near.index(True) - 1, 0)]) if any(near) else math.inf, -1
         if self._stands and math.isfinite(self._limit_m):
             self.authorize(self._limit_m)
         return duration_s

@@ -7,11 +7,11 @@ import pytest
 
 from tests.planner.drawn import box, drawn
 from tests.way_round.standing_thing import HeldRobot
+from touchline.checking.check_files import check_file
 from touchline.jobs.single.simulation import Job, Products
 from touchline.jobs.way_round.waiting import Answer
 from touchline.jobs.way_round.way_round_simulation import TimedAnswer, WayRoundOutcome, simulate_way_round
 from touchline.schemas.messages import PlanOptions
-from touchline.services.robot_sim.paint.metrics import PaintMetrics
 
 PERSON = box((9.8, -0.2), (10.2, 0.2), "person")
 FIELD = drawn((0, 0, 20, 0), (0, 4, 20, 4))
@@ -45,3 +45,26 @@ def _true_gap_m(strokes):
             painted[low : high + 1] = True
     empty = np.flatnonzero(~painted[20:-20]) + 20
     return 1e-3 * empty[0], 1e-3 * empty[-1]
+
+
+def test_what_has_gone_by_the_end_of_the_job_leaves_no_gap() -> None:
+    outcome = driven(HeldRobot(PERSON, gone_s=40.0))
+    assert len(outcome.last.earlier) == 2 and outcome.gaps == ()
+    figures = outcome.figures(Job.prepare(FIELD, PlanOptions()))
+    assert figures["success"] and figures["gaps"]["total_m"] == 0.0
+    assert figures["paint"]["gap_m"] < 0.01, "the joint is painted as after a pause"
+
+
+def test_an_operator_can_have_it_wait_or_leave_the_place_out_for_good() -> None:
+    waited = driven(HeldRobot(PERSON, gone_s=60.0), answers=(TimedAnswer(15.0, Answer.WAIT),))
+    assert waited.last.earlier == () and waited.gaps == ()
+    left_out = driven(HeldRobot(PERSON, gone_s=40.0), answers=(TimedAnswer(16.0, Answer.LEAVE_OUT),))
+    assert [gap.reason for gap in left_out.gaps] == ["operator"] and len(left_out.last.earlier) == 1
+
+
+def test_a_recording_of_it_can_be_run_again(tmp_path: Path) -> None:
+    path = tmp_path / "round.mcap"
+    outcome = driven(HeldRobot(PERSON), Products(record=path))
+    assert outcome.last.recording is not None and outcome.last.recording["complete"]
+    verdicts = check_file("", path)
+    assert len(verdicts) == 3 and all(each.passed for each in verdicts), verdicts

@@ -14,7 +14,6 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.checker import MARGIN_M, CollisionChecker, first_touch
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.steering.turns import ContinuousTurn
 from touchline.services.planner.swaths.offset import Stroke, modes
 from touchline.services.planner.transitions.transitions import BRAKING_SHARE
 
@@ -27,9 +26,6 @@ STEP_M = 0.002
 """Greatest motion of any point of the body between poses at which a line's clearance is looked up."""
 OVERLAP_M = 0.005
 """Overlap of parts that meet, painted in opposite directions."""
-EXIT_STEP_M = 0.1
-"""Distance between the places at which a way out by a bend is tried."""
-EXITS_RAD = tuple(side * math.radians(angle) for angle in (45, 90, 135) for side in (1, -1))
 
 Span = tuple[float, float]
 
@@ -178,8 +174,8 @@ def clear_lines(template: Template, vehicle: Vehicle, limits: Limits) -> tuple[T
 def _passable(stroke: Stroke, checker: CollisionChecker, limits: Limits) -> list[Span]:
     """Fractions of a stroke, from and to in the line's own direction, that can be driven at speed, reached and left.
 
-    An obstructed end is reached from, and left to, a standstill straight ahead or, where that paints more, round a
-    bend.
+    An obstructed end is reached from a standstill straight behind it, or left to one straight ahead of it, because from
+    there the robot can always back out the way it came.
     """
     found, length_m = list[Span](), stroke.robot.length_m
     speed_mps = limits.steady_speed_mps(stroke.robot.curvature_1pm)
@@ -187,35 +183,9 @@ def _passable(stroke: Stroke, checker: CollisionChecker, limits: Limits) -> list
     for from_m, to_m in _clear(stroke, checker, room_m):
         first_m = 0.0 if from_m <= 0.0 else from_m + room_m
         last_m = length_m if to_m >= length_m else to_m - room_m
-        if stroke.robot.curvature_1pm == 0.0:
-            first_m = _furthest_m(stroke, checker, limits, max(from_m, 0.0), first_m)
-            last_m = _furthest_m(stroke, checker, limits, min(to_m, length_m), last_m)
         if last_m > first_m:
             found.append((first_m / length_m, last_m / length_m))
     return [(1.0 - b, 1.0 - a) for a, b in reversed(found)] if stroke.flipped else found
-
-
-def _furthest_m(
-    stroke: Stroke, checker: CollisionChecker, limits: Limits, touching_m: float, straight_m: float
-) -> float:
-    """Arc length nearest to `touching_m` from which a bend leads clear of the outlines; at the most `straight_m`."""
-    speed_mps = limits.steady_speed_mps(0.0)
-    turn, brake = ContinuousTurn(*limits.turn_at(speed_mps)), Piece(limits.stopping_distance_m(speed_mps))
-    direction = 1 if touching_m >= straight_m else -1
-    bends = [
-        [each._replace(direction=direction) for each in (*_to_side(turn.pieces(abs(angle)), angle), brake)]
-        for angle in EXITS_RAD
-    ]
-    for at_m in np.arange(touching_m, straight_m, -direction * EXIT_STEP_M).tolist():
-        pose = PathPose(*(float(value) for value in stroke.robot.at(at_m)[:3]))
-        if any(checker.is_clear(PiecePath(pose, tuple(bend))) for bend in bends):
-            return float(at_m)
-    return straight_m
-
-
-def _to_side(pieces: Sequence[Piece], angle_rad: float) -> Iterator[Piece]:
-    """Pieces of a left turn, mirrored for an angle to the right."""
-    return (piece if angle_rad > 0.0 else piece.mirrored() for piece in pieces)
 
 
 def _clear(stroke: Stroke, checker: CollisionChecker, room_m: float) -> Iterator[Span]:

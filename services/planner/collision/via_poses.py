@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from touchline.services.planner.transitions.transitions import REVERSING, Transi
 GRID, ROOM_M, HEADINGS = 7, 6.0, 8
 # Distances (m) by which the robot backs along the painted curves: out of the last one, and into the next one.
 BACKED_M = tuple(sorted(((a, b) for a in (0.0, 1.0, 2.5, 5.0) for b in (0.0, 1.0, 2.5, 5.0)), key=sum))[1:]
+FAR_BACKED_M = 2.5, 2.5
 # Number of via poses that are tried, the quickest detour first.
 TRIED = 150
 # Number of clear detours that are offered.
@@ -37,7 +39,7 @@ def detours(
     checker: CollisionChecker,
     closed: set[tuple[str, CurveEnd]],
 ) -> Iterator[Transition]:
-    """Collision-free transitions with backing, then over one via pose, the quickest first by the method's rough times.
+    """Collision-free transitions with backing, the least first; then over a via pose, the quickest first by rough times.
 
     If there is none, the cause is mostly the same for every partner of an end: no room to stop or to start there.
 
@@ -48,22 +50,94 @@ def detours(
         checker: Checker of boundary and obstacles.
         closed: Ends known to be closed in; more are added.
     """
+    offered, least_s = 0, math.inf
+    backing = REVERSING in transitions.standing
+    for out_m, in_m in BACKED_M if backing else ():
+        backed = _Backed.of(start, goal, (out_m, in_m), transitions)
+        between = transitions.between(backed.leaving, backed.reaching)
+        transition = next((each for each in map(backed.whole, between) if checker.is_clear(each.path)), None)
+        if transition is not None:
+            offered, least_s = offered + 1, min(least_s, transition.seconds)
+            yield transition
+            if offered == OFFERED:
+                break
+    for transition in _around(start, goal, transitions, checker, closed, least_s):
+        offered += 1
+        yield transition
+    if backing and not offered:
+        backed = _Backed.of(start, goal, FAR_BACKED_M, transitions)
+        yield from map(backed.whole, _around(backed.leaving, backed.reaching, transitions, checker, closed, math.inf))
+
+
+@dataclass(frozen=True)
+class _Backed:
+    """Transition that begins and ends with backing along the painted curves.
+
+    The robot stops straight behind the last curve and backs along it, or drives to a pose on the next curve and backs
+    along that to where it gathers speed.
+
+    Attributes:
+        start, goal: Ends of the painted curves.
+        out, into: Pieces from the start, and to the goal.
+        leaving, reaching: Ends between which the robot has yet to find its way.
+        transitions: Transitions of the method in use.
+    """
+
+    start: CurveEnd
+    goal: CurveEnd
+    out: tuple[Piece, ...]
+    into: tuple[Piece, ...]
+    leaving: CurveEnd
+    reaching: CurveEnd
+    transitions: TransitionFamily
+
+    @classmethod
+    def of(
+        cls, start: CurveEnd, goal: CurveEnd, back_m: tuple[float, float], transitions: TransitionFamily
+    ) -> "_Backed":
+        """Back out of the first curve and into the second by these distances (m); 0: not at all."""
+        out_m, in_m = back_m
+        leaving, out = _backed_off(start, -out_m, transitions) if out_m else (start, ())
+        reaching, into = _backed_off(goal, in_m, transitions) if in_m else (goal, ())
+        return cls(start, goal, out, into[::-1], leaving, reaching, transitions)
+
+    def whole(self, between: Transition) -> Transition:
+        """Return the transition from start to goal with this one in the middle."""
+        pieces = joined((*self.out, *between.path.pieces, *self.into))
+        speeds = (self.transitions.speed_mps(end) for end in (self.start, self.goal))
+        return Transition(self.transitions.seconds(pieces, *speeds), PiecePath(self.start.pose, pieces))
+
+
+def _backed_off(end: CurveEnd, by_m: float, transitions: TransitionFamily) -> tuple[CurveEnd, tuple[Piece, Piece]]:
+    """Standstill on a curve `by_m` beyond its end, and the pieces between: to a standstill on the other side, and back.
+
+    They lead from the end to the standstill; in reverse order they lead from there to the end.
+    """
+    room_m, bend = transitions.room_m((transitions.speed_mps(end),)), end.curvature_1pm
+    pose = end.pose.moved(arc_displacement(by_m, bend), by_m * bend)
+    return CurveEnd(pose, 0.0, 0.0), (Piece(room_m, bend), Piece(room_m + abs(by_m), bend, direction=-1))
+
+
+def _around(
+    start: CurveEnd,
+    goal: CurveEnd,
+    transitions: TransitionFamily,
+    checker: CollisionChecker,
+    closed: set[tuple[str, CurveEnd]],
+    least_s: float,
+) -> Iterator[Transition]:
+    """Collision-free transitions over one via pose that may take less than `least_s`; see `detours`."""
     leaving, reaching = ("from", start), ("to", goal)
     if leaving in closed or reaching in closed:
         return
-    backed_s = math.inf
-    for transition in _backing(start, goal, transitions, checker):
-        backed_s = min(backed_s, transition.seconds)
-        yield transition
     via = [CurveEnd(PathPose(*pose), 0.0) for pose in _poses(start, goal, checker).tolist()]
     price = pricing_of(transitions).rough_s
     around_s = price(transitions, [start], via)[0] + price(transitions, via, [goal])[:, 0]
     offered = tried = departed = 0
-    most = MANY if math.isfinite(backed_s) else TRIED
-    for k in np.argsort(around_s, kind="stable")[:most].tolist():
-        if around_s[k] >= backed_s:
-            return
+    for k in np.argsort(around_s, kind="stable")[: MANY if math.isfinite(least_s) else TRIED].tolist():
         middle = via[k]
+        if around_s[k] >= least_s:
+            return
         if checker.touches([middle.pose]):  # as every path there would
             continue
         tried += 1
@@ -83,43 +157,6 @@ def detours(
         closed.add(leaving)
     elif not offered and departed >= MANY:
         closed.add(reaching)
-
-
-def _backing(
-    start: CurveEnd, goal: CurveEnd, transitions: TransitionFamily, checker: CollisionChecker
-) -> Iterator[Transition]:
-    """Collision-free transitions that back along the painted curves, the shortest ways back first.
-
-    The robot stops straight behind the last curve and backs along it, or drives to a pose on the next curve and backs
-    along that to where it gathers speed.
-    """
-    if REVERSING not in transitions.standing:
-        return
-    speeds = [transitions.speed_mps(end) for end in (start, goal)]
-    rooms_m = [transitions.room_m((speed, 0.0)) for speed in speeds]
-    offered = 0
-    for out_m, in_m in BACKED_M:
-        leaving, reaching = (
-            CurveEnd(end.pose.moved(arc_displacement(by_m, end.curvature_1pm), by_m * end.curvature_1pm), 0.0, 0.0)
-            if by_m
-            else end
-            for end, by_m in ((start, -out_m), (goal, in_m))
-        )
-        out = _to_and_fro(rooms_m[0], out_m, start.curvature_1pm) if out_m else ()
-        into = _to_and_fro(rooms_m[1], in_m, goal.curvature_1pm)[::-1] if in_m else ()
-        for between in transitions.between(leaving, reaching):
-            path = PiecePath(start.pose, joined((*out, *between.path.pieces, *into)))
-            if checker.is_clear(path):
-                yield Transition(transitions.seconds(path.pieces, *speeds), path)
-                offered += 1
-                break
-        if offered == OFFERED:
-            return
-
-
-def _to_and_fro(ahead_m: float, back_m: float, curvature_1pm: float) -> tuple[Piece, Piece]:
-    """Pieces ahead to a standstill, and back past their beginning."""
-    return Piece(ahead_m, curvature_1pm), Piece(ahead_m + back_m, curvature_1pm, direction=-1)
 
 
 def _poses(start: CurveEnd, goal: CurveEnd, checker: CollisionChecker) -> Floats:

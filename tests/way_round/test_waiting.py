@@ -1,0 +1,34 @@
+"""How long a robot waits before what is in its way, and what it does then."""
+
+from typing import NamedTuple
+
+from touchline.jobs.way_round.waiting import PATIENT, Answer, Waiting
+
+
+class Report(NamedTuple):
+    since_tick: int
+    moving: bool
+
+
+def first_tick(waiting: Waiting, moving_until: int = 0, *, attended: bool = False, most: int = 3000) -> int | None:
+    """Tick at which it goes round what stands there from tick 100 on."""
+    looks = ((k, waiting.look(k, Report(100, k < moving_until), attended=attended)) for k in range(100, most, 10))
+    return next((tick for tick, answer in looks if answer is Answer.GO_ROUND), None)
+
+
+def test_it_waits_for_the_stated_times() -> None:
+    assert first_tick(Waiting(PATIENT)) == 300
+    assert first_tick(Waiting(PATIENT), moving_until=405) == 900
+    assert first_tick(Waiting(PATIENT), attended=True) == 1600
+
+
+def test_an_answer_counts_at_once_and_until_the_way_is_free() -> None:
+    waiting = Waiting(PATIENT)
+    waiting.look(100, Report(100, moving=False), attended=True)
+    waiting.answer = Answer.LEAVE_OUT
+    assert waiting.look(110, Report(100, moving=False), attended=True) is Answer.LEAVE_OUT
+    waiting.answer = Answer.WAIT
+    assert first_tick(waiting, attended=True) is None
+    assert waiting.look(3000, None, attended=True) is None
+    assert waiting.look(3010, Report(3010, moving=False), attended=False) is None
+    assert waiting.look(3210, Report(3010, moving=False), attended=False) is Answer.GO_ROUND
