@@ -73,11 +73,15 @@ def path_is_free(path: PiecePath, body: WalledBody) -> bool:
         else:
             x, y, heading, _ = PiecePath(knot, (piece,)).sample(np.linspace(0.0, piece.length_m, steps + 1))
             poses = np.column_stack((x, y, heading))
-            # Distance of an arc from its chord, for every point of the body.
-            slack_m = STEP_M**2 * bend * (1.0 + bend * body.reach_m) / 8.0
+            slack_m = arc_slack_m(bend, body)
         if not body.sweeps(poses, slack_m):
             return False
     return True
+
+
+def arc_slack_m(curvature_1pm: float, body: WalledBody) -> float:
+    """Distance (m) of an arc from its chord of `STEP_M`, for every point of the body."""
+    return STEP_M**2 * curvature_1pm * (1.0 + curvature_1pm * body.reach_m) / 8.0
 
 
 def _offers(turn_rad: float, direction: int, turns: Sequence[ContinuousTurn]) -> list[tuple[tuple[Piece, ...], float]]:
