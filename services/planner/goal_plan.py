@@ -7,11 +7,13 @@ from dataclasses import replace
 from typing import Final
 
 from touchline.schemas.errors import PlanningError
+from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
 from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PoseGoal
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.chosen_plugin import chosen
 from touchline.services.planner.driven_part import DrivenPart
+from touchline.services.planner.free_space.ground_method import GroundMethod
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, joined
 from touchline.services.planner.given_pose import POSE_MAX, START, pose_of
 from touchline.services.planner.plan import Plan, finished
@@ -30,7 +32,7 @@ from touchline.services.planner.speed.timing import keeps_entry, speed_profile
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.reversing import STRETCH_MIN_M
 
-GOAL_OPTIONS: Final = ("kappa_max_1pm", "sigma_max_1pm2", "transit_speed_mps", "forward_only")
+GOAL_OPTIONS: Final = ("kappa_max_1pm", "sigma_max_1pm2", "transit_speed_mps", "forward_only", "margin_m")
 """Options that apply to a drive to a goal, besides the start."""
 
 # A goal this near to the start (m, rad) is at the start.
@@ -41,7 +43,11 @@ LEAD_M = 0.5e-3
 
 
 def plan_to_goal(
-    goal: PoseGoal, vehicle: Vehicle, options: PlanOptions, leaving: LeavingTrajectory | None = None
+    goal: PoseGoal,
+    vehicle: Vehicle,
+    options: PlanOptions,
+    leaving: LeavingTrajectory | None = None,
+    ground: KnownGround = OPEN_GROUND,
 ) -> Plan:
     """Plan a trajectory from the start in the options to a goal, from rest to rest, or from amid another drive.
 
@@ -54,42 +60,49 @@ def plan_to_goal(
         vehicle: Vehicle that drives.
         options: Start and limits; by default the vehicle's.
         leaving: Trajectory that the robot is driving, instead of a start.
+        ground: Boundary and obstacles, which the body keeps `margin_m` of the options off.
 
     Raises:
         PlanningError: The start, the goal or an option cannot be met.
     """
-    traveller = Traveller.of(vehicle, options)
+    traveller, method = Traveller.of(vehicle, options), _method(goal, _law(goal))
+    if ground != OPEN_GROUND:
+        method = GroundMethod(method, ground, vehicle.body.footprint_m, options.margin_m)
+    if leaving is not None and len(options.start):
+        raise PlanningError("", "has a start and a drive to leave", "give options.start or leaving")
     if leaving is None:
-        part = _from_standing(_start(options), goal, traveller)
+        part = _from_standing(_start(options), goal, method, traveller)
     else:
-        part = _from_drive(leaving, goal, traveller, vehicle, options)
+        part = _from_drive(leaving, goal, method, traveller, vehicle)
     made = finished(WorkedRoute(part.sections), part.sent, [], part.speeds, vehicle, traveller.limits)
     return replace(made, notes=part.notes)
 
 
 def _from_drive(
-    leaving: LeavingTrajectory, goal: PoseGoal, traveller: Traveller, vehicle: Vehicle, options: PlanOptions
+    leaving: LeavingTrajectory, goal: PoseGoal, method: PoseMethod, traveller: Traveller, vehicle: Vehicle
 ) -> DrivenPart:
     """Plan without a stop and with a stop first, and take the quicker."""
-    if len(options.start):
-        raise PlanningError("", "has a start and a drive to leave", "give options.start or leaving")
     leg = RunningLeg.of(leaving)
     kept, kept_to_m = leg.kept(leaving)
     end = leg.end_of(kept)
     if not end.speed_mps:
-        return kept.then(_from_rest(end.pose, goal, traveller))
+        return kept.then(_from_rest(end.pose, goal, method, traveller))
     stopped = kept.then(leg.stopped(kept_to_m, vehicle))
-    offers = [stopped.then(_from_rest(leg.end_of(stopped).pose, goal, traveller))]
+    offers = [stopped.then(_from_rest(leg.end_of(stopped).pose, goal, method, traveller))]
     law = _law(goal)
     fastest = law is None and not goal.duration_s
     if leg.direction > 0 and fastest and isinstance(_method(goal, law), G2Path):
-        offers += [kept.then(moving) for moving in _moving(end, goal, traveller)]
+        offers += [kept.then(moving) for moving in _moving(end, goal, method, traveller)]
     return min(offers, key=lambda each: each.speeds.total_time_s)
 
 
-def _moving(start: CurveEnd, goal: PoseGoal, traveller: Traveller) -> Iterator[DrivenPart]:
+def _moving(
+    start: CurveEnd, goal: PoseGoal, method: PoseMethod, traveller: Traveller
+) -> Iterator[DrivenPart]:
     """Quickest drive to the goal that can be entered at the current speed, if there is one."""
-    for offer in G2Path().moving(start, _goal(goal), traveller):
+    aimed = _goal(goal)
+    offers = G2Path().moving(start, aimed, traveller)
+    for offer in method.free(offers, start.pose, aimed) if isinstance(method, GroundMethod) else offers:
         sections = [Section(TRANSITION, offer.path)]
         sent = _sent(sections, traveller)
         speeds = speed_profile(course(sections, sent, (), traveller.limits), (), traveller.limits, start.speed_mps)
@@ -98,23 +111,23 @@ def _moving(start: CurveEnd, goal: PoseGoal, traveller: Traveller) -> Iterator[D
             return
 
 
-def _from_standing(start: PathPose, goal: PoseGoal, traveller: Traveller) -> DrivenPart:
+def _from_standing(start: PathPose, goal: PoseGoal, method: PoseMethod, traveller: Traveller) -> DrivenPart:
     """Drive of a robot without a trajectory before; turns on the spot get a straight that defines their heading."""
-    posed = _pose_path(start, goal, traveller)
+    posed = _pose_path(start, goal, method, traveller)
     return _driven(posed if posed.path.length_m else replace(posed, path=_with_straight(posed.path)), goal, traveller)
 
 
-def _from_rest(start: PathPose, goal: PoseGoal, traveller: Traveller) -> DrivenPart:
-    return _driven(_pose_path(start, goal, traveller), goal, traveller)
+def _from_rest(start: PathPose, goal: PoseGoal, method: PoseMethod, traveller: Traveller) -> DrivenPart:
+    return _driven(_pose_path(start, goal, method, traveller), goal, traveller)
 
 
-def _pose_path(start: PathPose, goal: PoseGoal, traveller: Traveller) -> PosePath:
+def _pose_path(start: PathPose, goal: PoseGoal, method: PoseMethod, traveller: Traveller) -> PosePath:
     aimed = _goal(goal)
     _refuse_standing(start, aimed)
     too_near = 0.0 < abs(aimed.point - start.point) < STRETCH_MIN_M
     if too_near and traveller.can_spin and not math.isnan(aimed.heading_rad):
         start = PathPose(aimed.x_m, aimed.y_m, start.heading_rad)  # turn there
-    return _method(goal, _law(goal)).between(start, aimed, traveller)
+    return method.between(start, aimed, traveller)
 
 
 def _driven(posed: PosePath, goal: PoseGoal, traveller: Traveller) -> DrivenPart:

@@ -69,7 +69,11 @@ class WalledBody(NamedTuple):
     def stands_free(self, pose: PathPose) -> bool:
         """True if the body is on free ground at a pose."""
         inside = bool(shapely.contains_xy(self.ground.free, pose.x_m, pose.y_m))
-        return inside and bool(swept_free(np.array([pose]), self.corners, self.sizes, self.walls, 0.0))
+        return inside and self.sweeps(np.array([pose]), 0.0)
+
+    def sweeps(self, poses: Floats, slack_m: float) -> bool:
+        """True if the body can move from pose to pose; see `sweeps.swept_free`."""
+        return bool(swept_free(poses, self.corners, self.sizes, self.walls, slack_m))
 
     def drives(self, pairs: Floats) -> Ints:
         """Find free straights; see `sweeps.drives_free`."""

@@ -19,6 +19,8 @@ CUTS = (0.9, 0.5, 0.2)
 AHEAD = 12
 # Turns between this and its supplement (rad) make a corner.
 STRAIGHT_RAD = math.radians(2.0)
+# A change of direction costs as much as turning on the spot by this (rad).
+STOP_RAD = 1.0
 
 
 def tightened(legs: Legs, goal: PathPose, body: WalledBody) -> Legs:
@@ -33,9 +35,38 @@ def tightened(legs: Legs, goal: PathPose, body: WalledBody) -> Legs:
             break
         cost = work.cost
     work.leave_out()
-    final = body.legs(work.places, legs.start, goal)
-    assert final is not None  # each step was checked
-    return final
+    return _directed(body.legs(work.places, legs.start, goal), goal, body)
+
+
+def _directed(legs: Legs | None, goal: PathPose, body: WalledBody) -> Legs:
+    """Drive each straight forward or backward so that the robot turns and stops least."""
+    assert legs is not None  # each step was checked
+    places = legs.places
+    ahead = np.arctan2(*np.diff(places[:, :2], axis=0).T[::-1])
+    free = body.drives(np.hstack((places[:-1, :2], places[1:, :2])))
+    best: list[tuple[float, float, tuple[float, ...]]] = [(0.0, legs.start.heading_rad, ())]
+    for k, heading in enumerate(ahead):
+        offers = []
+        for sign, bit in ((1.0, 1), (-1.0, 2)):
+            aimed = heading if sign > 0.0 else heading + math.pi
+            ways = [
+                (cost + _turn_cost(turn) + (STOP_RAD if signs and signs[-1] != sign else 0.0), aimed, (*signs, sign))
+                for cost, entry, signs in best
+                if free[k] & bit and (turn := body.turns(places[k : k + 1], entry, aimed)).size
+            ]
+            offers += [min(ways)] if ways else []
+        best = offers
+    ends = [
+        (cost + _turn_cost(turn), signs)
+        for cost, entry, signs in best
+        if (turn := body.turns(places[-1:], entry, goal.heading_rad)).size
+    ]
+    directed = np.column_stack((places[:, :2], (1.0, *min(ends)[1])))
+    return body.legs(directed, legs.start, goal) or legs
+
+
+def _turn_cost(turn: Floats) -> float:
+    return float(abs(turn[0]))
 
 
 class _Tightening:
