@@ -180,6 +180,11 @@ class Protection:
         """What stands in the way; None if the robot may move, or its lidar is silent."""
         return self._blocked
 
+    @property
+    def braking_mps2(self) -> float:
+        """Deceleration of a protective stop that the robot counts on."""
+        return self._way.braking_mps2
+
     def take(self, hits: Hits) -> None:
         """Take the hits of the newest scan; call it before the first tick that follows their arrival.
 
@@ -300,8 +305,7 @@ class Protection:
         driver.lay_way(back=back)
         self._laid = driver.way[0], back
         self._set_braking()
-        stopping = stopping_with(way.braking_mps2, way.lag_s)
-        rest_s = stopping.reaction_s + way.fastest_mps / way.braking_mps2 + stopping.creep_s
+        rest_s = way.reaction_s + way.fastest_mps / way.braking_mps2 + way.creep_s
         most_m = 1.0 + way.margin_m + way.error_m + way.thing_mps * (way.silent_ticks * TICK_S + rest_s)
         reach_m = way.horizon_m + way.radius_m + most_m
         points, moving = self._hits.points_m, len(self._hits.points_m) - self._hits.standing
@@ -326,6 +330,8 @@ class Protection:
         """Set the highest speed, at which the robot stops for what it sees at its lidar's range, and the horizon."""
         way = self._way
         stopping = stopping_with(way.braking_mps2, way.lag_s)
+        way.reaction_s, way.creep_s = stopping.reaction_s, stopping.creep_s
+        way.lead_mps = way.braking_mps2 * TICK_S / -math.expm1(-TICK_S / max(way.lag_s, 1e-3))
         b, thing = way.braking_mps2, way.thing_mps
         reached = b * stopping.reaction_s + thing
         left_m = self._seen_m - way.margin_m - thing * (way.late_ticks * TICK_S + stopping.reaction_s + stopping.creep_s)
