@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.jit import kernel
+from touchline.core.random import uniform
 from touchline.core.records import Record
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import Computer, ComputerState
@@ -44,6 +45,9 @@ _STEP_LIMIT_MPS2: Final = 3.0
 class Crowd(Record):
     """People round a robot, and what happened."""
 
+    seed: int
+    draws: int
+    """Number of random numbers so far."""
     count: int
     kinds: Annotated[NDArray[np.int64], PEOPLE]
     x_m: Annotated[Floats, PEOPLE]
@@ -87,15 +91,22 @@ class Crowd(Record):
 
 
 @kernel
+def _draw(crowd: Sequence[Crowd], low: float, high: float) -> float:
+    """Draw from the uniform distribution between two numbers."""
+    crowd[0].draws += 1
+    return low + (high - low) * uniform(crowd[0].seed, 0, crowd[0].draws, 0)
+
+
+@kernel
 def _place(crowd: Sequence[Crowd], i: int) -> None:
     """Place a person anew, away from the robot and not on its tail."""
     c = crowd[0]
     ahead_m = side_m = 0.0
     while math.hypot(ahead_m, side_m) < _AWAY_M:
-        ahead_m, side_m = np.random.uniform(-_AHEAD_M, _AHEAD_M), np.random.uniform(-_SIDE_M, _SIDE_M)
+        ahead_m, side_m = _draw(crowd, -_AHEAD_M, _AHEAD_M), _draw(crowd, -_SIDE_M, _SIDE_M)
     c.x_m[i], c.y_m[i] = c.robot_x_m + ahead_m, side_m
-    c.course_rad[i], c.speed_mps[i] = np.random.uniform(-math.pi, math.pi), np.random.uniform(0.0, c.fastest_mps)
-    c.until_s[i] = c.time_s + np.random.uniform(0.5, 4.0)
+    c.course_rad[i], c.speed_mps[i] = _draw(crowd, -math.pi, math.pi), _draw(crowd, 0.0, c.fastest_mps)
+    c.until_s[i] = c.time_s + _draw(crowd, 0.5, 4.0)
 
 
 @kernel
@@ -107,14 +118,17 @@ def _walk(crowd: Sequence[Crowd], i: int) -> None:
         c.course_rad[i], c.speed_mps[i] = math.atan2(-side_m, -ahead_m), c.fastest_mps
     elif c.kinds[i] == WALKER:
         if c.time_s > c.until_s[i]:
-            c.course_rad[i], c.speed_mps[i] = np.random.uniform(-math.pi, math.pi), np.random.uniform(0.0, c.fastest_mps)
-            c.until_s[i] = c.time_s + np.random.uniform(0.5, 4.0)
+            c.course_rad[i], c.speed_mps[i] = (
+                _draw(crowd, -math.pi, math.pi),
+                _draw(crowd, 0.0, c.fastest_mps),
+            )
+            c.until_s[i] = c.time_s + _draw(crowd, 0.5, 4.0)
     elif c.time_s > c.until_s[i]:
         # Beside the way ahead first, and then across it.
         side = math.copysign(1.0, side_m)
         if 0.5 < ahead_m < 2.5 and 0.8 < abs(side_m) < 2.0:
             c.course_rad[i], c.speed_mps[i] = -side * 0.5 * math.pi, c.fastest_mps
-            c.until_s[i] = c.time_s + np.random.uniform(1.5, 3.0)
+            c.until_s[i] = c.time_s + _draw(crowd, 1.5, 3.0)
         else:
             c.course_rad[i] = math.atan2(side * 1.4 - side_m, 1.5 - ahead_m)
             c.speed_mps[i] = c.fastest_mps
@@ -159,7 +173,9 @@ def _drive(crowd: Sequence[Crowd], computer: Computer) -> None:
     wanted = max(min(wanted, c.command_mps + up), c.command_mps - down)
     c.command_mps = max(min(wanted, way.cap_mps), c.command_mps - brake, 0.0)
     share = 1.0 - math.exp(-TICK_S / c.lag_s)
-    step = min(max(share * (c.due_mps[tick % DELAY_TICKS] - c.robot_mps), -c.braking_mps2 * TICK_S), c.braking_mps2 * TICK_S)
+    step = min(
+        max(share * (c.due_mps[tick % DELAY_TICKS] - c.robot_mps), -c.braking_mps2 * TICK_S), c.braking_mps2 * TICK_S
+    )
     c.due_mps[tick % DELAY_TICKS] = c.command_mps
     way_m = (c.robot_mps + 0.5 * step) * TICK_S
     c.robot_mps, c.robot_x_m, c.way_m = c.robot_mps + step, c.robot_x_m + way_m, c.way_m + way_m
@@ -198,8 +214,8 @@ def meet(crowd: Sequence[Crowd], computer: Computer, body: Floats, ticks: int, s
         ticks: Duration.
         seed: Seed of all that is random.
     """
-    np.random.seed(seed)
     c, state = crowd[0], computer[0]
+    c.seed = seed
     points, middle, none = np.zeros((PEOPLE * OUTLINE, 2)), np.zeros((1, 2)), np.zeros((0, 2))
     state.buffer.accel_mps2 = math.nan
     for i in range(c.count):

@@ -46,7 +46,9 @@ def post(x_m: float, y_m: float, radius_m: float = 0.1) -> Floats:
 class ShownRobot:
     """Emulated robot on a path along x; `things` is what its lidar sees from the next scan on."""
 
-    def __init__(self, vehicle: Vehicle, scenario: Scenario, plan: Trajectory, template: Template | None = None) -> None:
+    def __init__(
+        self, vehicle: Vehicle, scenario: Scenario, plan: Trajectory, template: Template | None = None
+    ) -> None:
         """Load the plan and start."""
         config = OnboardConfig.model_validate({"drive": {"grip": GRIPS.get(scenario.ground.surface, 0.6)}})
         onboard = Onboard(with_lidar(vehicle), config)

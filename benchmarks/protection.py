@@ -32,7 +32,7 @@ STOPS = (
     ("clay-roller", "clay", 1.0),
 )
 SMALL = Small(
-    {"minutes": 1.0, "phases": 1},
+    {"minutes": 5.0, "phases": 1},
     (
         "# min among eight people: # contacts in motion, # at rest, closest # m, mean # m/s",
         "# min with one walker: # contacts in motion, # at rest, closest # m, mean # m/s",

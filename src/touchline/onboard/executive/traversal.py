@@ -11,7 +11,8 @@
 
 Leaving RUNNING closes the valve in the same tick. All but the emergency stop then brake along the path. A pause that
 the robot ordered because of its pose, or for something in its way, ends by itself, unless it lasts too long; one that a
-person, the lost link, the watchdog or a hazard ordered does not. Before the robot moves off after a stop it warns for some seconds.
+person, the lost link, the watchdog or a hazard ordered does not. Before the robot moves off after a stop it warns for
+some seconds.
 """
 
 from __future__ import annotations

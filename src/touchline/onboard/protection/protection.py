@@ -334,7 +334,8 @@ class Protection:
         way.lead_mps = way.braking_mps2 * TICK_S / -math.expm1(-TICK_S / max(way.lag_s, 1e-3))
         b, thing = way.braking_mps2, way.thing_mps
         reached = b * stopping.reaction_s + thing
-        left_m = self._seen_m - way.margin_m - thing * (way.late_ticks * TICK_S + stopping.reaction_s + stopping.creep_s)
+        moved_m = thing * (way.late_ticks * TICK_S + stopping.reaction_s + stopping.creep_s)
+        left_m = self._seen_m - way.margin_m - moved_m
         seen_mps = max(math.sqrt(reached * reached + 2.0 * b * max(left_m, 0.0)) - reached, 0.0)
         way.fastest_mps, way.free_mps = min(self._wanted_mps, seen_mps), math.inf
         if seen_mps < self._wanted_mps:
@@ -374,8 +375,8 @@ class Protection:
         if now_m < most_m and now_m < before_m - gone_m:
             self._told_too_fast = True
             self._tell(
-                f"something came within {max(now_m, 0.0):.1f} m that moves faster than {way.thing_mps:g} m/s, or that the "
-                "lidar did not see before; the robot is not protected against that"
+                f"something came within {max(now_m, 0.0):.1f} m that moves faster than {way.thing_mps:g} m/s, or that "
+                "the lidar did not see before; the robot is not protected against that"
             )
 
     def _pose(self) -> tuple[float, float, float]:
