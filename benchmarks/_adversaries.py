@@ -21,7 +21,7 @@ from touchline.onboard.computer_state import Computer, ComputerState
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.interface import TICK_S
 from touchline.onboard.protection.clearance import HitArrays, clearance, measure_clearances
-from touchline.onboard.protection.protection import Protection
+from touchline.onboard.protection.protector import Protector
 from touchline.onboard.protection.stopping import CREPT_MPS
 from touchline.onboard.protection.way import CLEAR, find_stop, lay_straight, watch_way
 from touchline.schemas.vehicles import Vehicle
@@ -265,7 +265,7 @@ def protected(vehicle: Vehicle, grip: float = 0.6) -> ComputerState:
         grip: Grip of the ground.
     """
     computer = ComputerState.sized(len(vehicle.drive.actuators))()
-    Protection(vehicle, grip, drive_of(vehicle), computer, print)
+    Protector(vehicle, grip, drive_of(vehicle), computer, print)
     return computer
 
 

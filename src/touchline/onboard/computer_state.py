@@ -350,7 +350,7 @@ class WayState(Record):
     lag_s: float
     """Time constant of the actuators."""
     lead_mps: float
-    """How much slower than the robot a command of one tick has to be for that deceleration, because of the lag."""
+    """Difference of the robot's speed to a command of one tick that gives this deceleration, because of the lag."""
     late_ticks: int
     """Age that hits reach before the next ones come."""
     silent_ticks: int

@@ -56,7 +56,7 @@ from touchline.onboard.executive.traversal_states import (
     require_state,
 )
 from touchline.onboard.interface import TICK_S, Checkpoint, Command, Pause, Status
-from touchline.onboard.protection.protection import Protection
+from touchline.onboard.protection.protector import Protector
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.onboard import TeamLimits
 from touchline.schemas.vehicles import Vehicle
@@ -75,7 +75,7 @@ class Monitors(NamedTuple):
     localization: LocalizationMonitor
     failsafe: Failsafe
     move_off: MoveOffRules
-    protection: Protection
+    protection: Protector
 
 
 class Traversal:

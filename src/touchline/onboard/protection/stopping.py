@@ -1,4 +1,4 @@
-"""Stopping: how far and how long a robot moves until rest, and the speed from which it rests in time.
+"""StopFigures: how far and how long a robot moves until rest, and the speed from which it rests in time.
 
 The manoeuvre is to hold the speed for the reaction time T, in which the actuators' lag is contained, then to brake at b
 to rest, and last to creep: actuators with a lag τ approach rest exponentially, so what remains of the speed where the
@@ -17,7 +17,7 @@ CREPT_MPS: Final = 0.02
 """Speed below which the robot counts as at rest."""
 
 
-class Stopping(NamedTuple):
+class StopFigures(NamedTuple):
     """Figures of a stop.
 
     Attributes:
@@ -33,7 +33,7 @@ class Stopping(NamedTuple):
     fading_mps: float
 
 
-def stopping_with(braking_mps2: float, lag_s: float) -> Stopping:
+def stopping_with(braking_mps2: float, lag_s: float) -> StopFigures:
     """Return the figures of a stop.
 
     The reaction takes this tick, the next one, and the lag.
@@ -43,11 +43,11 @@ def stopping_with(braking_mps2: float, lag_s: float) -> Stopping:
         lag_s: Time constant τ of the actuators.
     """
     creep_s = lag_s * math.log(max(braking_mps2 * lag_s / CREPT_MPS, 1.0))
-    return Stopping(2.0 * TICK_S + lag_s, braking_mps2, creep_s, braking_mps2 * lag_s)
+    return StopFigures(2.0 * TICK_S + lag_s, braking_mps2, creep_s, braking_mps2 * lag_s)
 
 
 @kernel
-def stopping_m(speed_mps: float, stopping: Stopping) -> float:
+def stopping_m(speed_mps: float, stopping: StopFigures) -> float:
     """Return the distance to rest [m]: v·T + v² / 2b.
 
     Args:
@@ -59,7 +59,7 @@ def stopping_m(speed_mps: float, stopping: Stopping) -> float:
 
 
 @kernel
-def speed_to_stop_in(distance_m: float, stopping: Stopping) -> float:
+def speed_to_stop_in(distance_m: float, stopping: StopFigures) -> float:
     """Return the speed [m/s] whose stopping distance this is: the inverse of `stopping_m`.
 
     Args:
@@ -73,7 +73,7 @@ def speed_to_stop_in(distance_m: float, stopping: Stopping) -> float:
 
 
 @kernel
-def latest_at(distance_m: float, speed_mps: float, stopping: Stopping) -> float:
+def latest_at(distance_m: float, speed_mps: float, stopping: StopFigures) -> float:
     """Return the latest time [s] at which the robot, still moving, may be at a place, whenever it begins to brake.
 
     It comes there latest if it brakes at once; where it would then have stopped, or creeps, that is the time to rest.

@@ -25,7 +25,7 @@ from touchline.onboard.estimation.filter import speed_now_mps
 from touchline.onboard.interface import TICK_S
 from touchline.onboard.protection.stopping import (
     CREPT_MPS,
-    Stopping,
+    StopFigures,
     latest_at,
     speed_to_stop_in,
     stopping_m,
@@ -135,8 +135,8 @@ def _needed_m(way: WayState, j: int, off_m: float) -> float:
 
 
 @kernel
-def _stopping(way: WayState) -> Stopping:
-    return Stopping(way.reaction_s, way.braking_mps2, way.creep_s, way.braking_mps2 * way.lag_s)
+def _stopping(way: WayState) -> StopFigures:
+    return StopFigures(way.reaction_s, way.braking_mps2, way.creep_s, way.braking_mps2 * way.lag_s)
 
 
 @kernel

@@ -47,7 +47,7 @@ MOVED_SCANS: Final = 3
 
 
 class Blocked(NamedTuple):
-    """What stands in the robot's way.
+    """Thing in the robot's way.
 
     Attributes:
         since_tick: Tick since which the robot may not move for it.
@@ -89,7 +89,7 @@ class Driver(Protocol):
         ...
 
 
-class Protection:
+class Protector:
     """Rule that lets a robot move only where it can stop before it touches anything.
 
     Attributes:
@@ -177,7 +177,7 @@ class Protection:
 
     @property
     def blocked(self) -> Blocked | None:
-        """What stands in the way; None if the robot may move, or its lidar is silent."""
+        """Thing in the way; None if the robot may move, or its lidar is silent."""
         return self._blocked
 
     @property
