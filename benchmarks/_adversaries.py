@@ -94,7 +94,8 @@ class Crowd(Record):
 def _draw(crowd: Sequence[Crowd], low: float, high: float) -> float:
     """Draw from the uniform distribution between two numbers."""
     crowd[0].draws += 1
-    return low + (high - low) * uniform(crowd[0].seed, 0, crowd[0].draws, 0)
+    drawn: float = low + (high - low) * uniform(crowd[0].seed, 0, crowd[0].draws, 0)
+    return drawn
 
 
 @kernel

@@ -131,7 +131,8 @@ def _needed_m(way: WayState, j: int, off_m: float) -> float:
     A robot that is nearer than that already may move as long as it does not come nearer still.
     """
     nearest_m = min(way.clear_m[0], way.standing_m[0]) + way.slack_m[0]
-    return min(way.margin_m + way.error_m, nearest_m - way.slack_m[j]) + off_m
+    needed_m: float = min(way.margin_m + way.error_m, nearest_m - way.slack_m[j]) + off_m
+    return needed_m
 
 
 @kernel
