@@ -14,6 +14,7 @@ LONG = frozenset(
         "fields",
         "fleet_recorded",
         "goals",
+        "protection",
         "random_fields",
         "shared",
         "stops",

@@ -45,7 +45,7 @@ from touchline.onboard.interface import (
 )
 from touchline.onboard.nominal_tick import CourseArrays
 from touchline.onboard.perception.perception import Perception, lidars_of
-from touchline.onboard.protection.protection import Blocked, Protection
+from touchline.onboard.protection.protector import Blocked, Protector
 from touchline.onboard.tracking_state import HEADING_ERROR, NOZZLE_LATERAL, REFERENCE_SPEED
 from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus, Whereabouts
 from touchline.schemas.onboard import OnboardConfig
@@ -96,7 +96,7 @@ class Onboard:
         follower = make_follower(config.follower, vehicle, ask, config) if follower is None else follower
         self._follower = GuardedFollower(follower, name, self._drive)
         self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
-        self.protection = Protection(
+        self.protection = Protector(
             vehicle, config.drive.grip, self._drive, self._state, partial(self._log.report, WARN, "protection")
         )
         rules = MoveOffRules(config.move_off, vehicle, watches_all_round=self.protection.watches_all_round)
@@ -322,7 +322,7 @@ class Onboard:
 
     @property
     def blocked(self) -> Blocked | None:
-        """What stands in the robot's way; None if it may move, or its lidar is silent."""
+        """Thing in the robot's way; None if it may move, or its lidar is silent."""
         return self.protection.blocked
 
     @property

@@ -326,6 +326,10 @@ class WayState(Record):
     """Bound on the error of the hits."""
     stop_m: float
     """Way from the first pose up to which the robot may come to rest; infinite if nothing is in the way."""
+    room_m: float
+    """Least clearance along the way beyond what is needed of things that stand."""
+    fixed_room_m: float
+    """The same for things that the plan knows."""
     slow_m: float
     """Way from the first pose to what may be ground, or a thing; infinite without any."""
 
@@ -340,8 +344,13 @@ class WayState(Record):
     """Deceleration with which the robot slows down for what it has seen for long."""
     braking_mps2: float
     """Deceleration of a protective stop on this ground."""
+    reaction_s: float
+    """Time until the robot brakes, and that of the last creep, as in `protection.stopping`."""
+    creep_s: float
     lag_s: float
     """Time constant of the actuators."""
+    lead_mps: float
+    """Difference of the robot's speed to a command of one tick that gives this deceleration, because of the lag."""
     late_ticks: int
     """Age that hits reach before the next ones come."""
     silent_ticks: int

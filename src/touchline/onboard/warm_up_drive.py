@@ -11,6 +11,9 @@ from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.executive.handover import PlanPlace, taken_over_at
 from touchline.onboard.interface import TICKS_PER_S, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.onboard.perception.hits import NO_POINTS, Hits
+from touchline.onboard.protection.clearance import clearance
+from touchline.onboard.protection.way import lay_straight, lay_turn
 from touchline.onboard.tracking_state import COMMAND
 from touchline.onboard.trajectory.path_projection import AHEAD_COLUMNS
 from touchline.schemas.curves import Curve
@@ -40,9 +43,15 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
     for tick in range(1, _TICKS):
         fix = GnssSample((tick - 11) / TICKS_PER_S, 0.0, 0.0, 1e-4, 3, 20, 0.0)
         fixes = (fix,) if tick % 10 == 1 and tick > 11 else ()
+        onboard.protection.take(Hits(NO_POINTS, tick, 0.0))
         imu, mag = ImuSample(0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY_MPS2), MagSample(0.0, 1.7e-5, -4.8e-5)
         onboard.step(SensorFrame(tick, tick / TICKS_PER_S, imu, mag, encoders, fixes))
     _warm_up_rare(vehicle)
+    if onboard.protection.on:
+        lay_turn(onboard.computer, 1.0)
+        lay_straight(onboard.computer)
+        body = np.array(vehicle.body.footprint_m, dtype=np.float64)
+        clearance(body, 1.0, (0.0, 0.0, 0.0), np.zeros((1, 2)), 1.0)
 
 
 def _warm_up_rare(vehicle: Vehicle) -> None:

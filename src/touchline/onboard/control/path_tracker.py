@@ -14,7 +14,7 @@ from touchline.onboard import filter_model as m
 from touchline.onboard import tracking_state as tracking
 from touchline.onboard.computer_state import Computer, ComputerState
 from touchline.onboard.control.follower import Asking, Follower, FollowerInput, PathFollower, keeps_time
-from touchline.onboard.control.turn_in_place import PATIENCE_S, TurnLimits, Turning
+from touchline.onboard.control.turn_in_place import PATIENCE_S, Turning, TurnLimits
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.filter import Estimator, speed_now_mps

@@ -193,7 +193,7 @@ class GuidedDrive:
         """Always False: there is no path."""
         return False
 
-    def lay_way(self, *, back: bool) -> None:  # noqa: ARG002, there is no way back
+    def lay_way(self, *, back: bool) -> None:
         """Lay the way to come in the computer's state: straight ahead."""
         lay_straight(self._computer.array)
 

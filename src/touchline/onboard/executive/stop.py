@@ -12,7 +12,7 @@ from touchline.onboard.executive.move_off import MoveOffRules
 from touchline.onboard.executive.retry_limit import MAX_TRIES, Tries
 from touchline.onboard.executive.traversal_job import TraversalJob
 from touchline.onboard.interface import TICKS_PER_S, MoveOffWarning, Pause
-from touchline.onboard.protection.protection import Protection
+from touchline.onboard.protection.protector import Protector
 from touchline.schemas.messages import PauseStatus
 
 MAX_RESUME_DISTANCE_M = 0.5
@@ -46,7 +46,7 @@ class TraversalStop:
         rules: MoveOffRules,
         computer: ComputerState,
         watch: LocalizationMonitor,
-        protection: Protection,
+        protection: Protector,
         log: EventLog,
     ) -> None:
         self._rules, self._clock, self._watch, self._log = rules, computer.clock, watch, log

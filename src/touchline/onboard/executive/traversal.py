@@ -11,7 +11,8 @@
 
 Leaving RUNNING closes the valve in the same tick. All but the emergency stop then brake along the path. A pause that
 the robot ordered because of its pose, or for something in its way, ends by itself, unless it lasts too long; one that a
-person, the lost link, the watchdog or a hazard ordered does not. Before the robot moves off after a stop it warns for some seconds.
+person, the lost link, the watchdog or a hazard ordered does not. Before the robot moves off after a stop it warns for
+some seconds.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ from touchline.onboard.executive.traversal_states import (
     require_state,
 )
 from touchline.onboard.interface import TICK_S, Checkpoint, Command, Pause, Status
-from touchline.onboard.protection.protection import Protection
+from touchline.onboard.protection.protector import Protector
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.onboard import TeamLimits
 from touchline.schemas.vehicles import Vehicle
@@ -74,7 +75,7 @@ class Monitors(NamedTuple):
     localization: LocalizationMonitor
     failsafe: Failsafe
     move_off: MoveOffRules
-    protection: Protection
+    protection: Protector
 
 
 class Traversal:

@@ -1,4 +1,4 @@
-"""Stopping: how far and how long a robot moves until rest, and the speed from which it rests in time.
+"""StopFigures: how far and how long a robot moves until rest, and the speed from which it rests in time.
 
 The manoeuvre is to hold the speed for the reaction time T, in which the actuators' lag is contained, then to brake at b
 to rest, and last to creep: actuators with a lag τ approach rest exponentially, so what remains of the speed where the
@@ -17,22 +17,23 @@ CREPT_MPS: Final = 0.02
 """Speed below which the robot counts as at rest."""
 
 
-class Stopping(NamedTuple):
+class StopFigures(NamedTuple):
     """Figures of a stop.
 
     Attributes:
         reaction_s: T.
         braking_mps2: b.
         creep_s: Time of the last creep.
+        fading_mps: Speed b·τ at which it begins.
     """
 
     reaction_s: float
     braking_mps2: float
     creep_s: float
+    fading_mps: float
 
 
-@kernel
-def stopping_with(braking_mps2: float, lag_s: float) -> Stopping:
+def stopping_with(braking_mps2: float, lag_s: float) -> StopFigures:
     """Return the figures of a stop.
 
     The reaction takes this tick, the next one, and the lag.
@@ -42,11 +43,11 @@ def stopping_with(braking_mps2: float, lag_s: float) -> Stopping:
         lag_s: Time constant τ of the actuators.
     """
     creep_s = lag_s * math.log(max(braking_mps2 * lag_s / CREPT_MPS, 1.0))
-    return Stopping(2.0 * TICK_S + lag_s, braking_mps2, creep_s)
+    return StopFigures(2.0 * TICK_S + lag_s, braking_mps2, creep_s, braking_mps2 * lag_s)
 
 
 @kernel
-def stopping_m(speed_mps: float, stopping: Stopping) -> float:
+def stopping_m(speed_mps: float, stopping: StopFigures) -> float:
     """Return the distance to rest [m]: v·T + v² / 2b.
 
     Args:
@@ -58,7 +59,7 @@ def stopping_m(speed_mps: float, stopping: Stopping) -> float:
 
 
 @kernel
-def speed_to_stop_in(distance_m: float, stopping: Stopping) -> float:
+def speed_to_stop_in(distance_m: float, stopping: StopFigures) -> float:
     """Return the speed [m/s] whose stopping distance this is: the inverse of `stopping_m`.
 
     Args:
@@ -72,18 +73,18 @@ def speed_to_stop_in(distance_m: float, stopping: Stopping) -> float:
 
 
 @kernel
-def time_to(distance_m: float, speed_mps: float, stopping: Stopping) -> float:
-    """Return the time [s] until the robot has come this far; beyond where it stops, the time to rest.
+def latest_at(distance_m: float, speed_mps: float, stopping: StopFigures) -> float:
+    """Return the latest time [s] at which the robot, still moving, may be at a place, whenever it begins to brake.
+
+    It comes there latest if it brakes at once; where it would then have stopped, or creeps, that is the time to rest.
 
     Args:
-        distance_m: Distance, at least 0.
+        distance_m: Distance of the place, at least 0.
         speed_mps: Speed at which it begins to stop, above 0.
         stopping: Figures of the stop.
     """
-    held_m = speed_mps * stopping.reaction_s
-    if distance_m <= held_m:
-        return distance_m / speed_mps
-    left = speed_mps * speed_mps - 2.0 * stopping.braking_mps2 * (distance_m - held_m)
-    if left <= 0.0:
-        return stopping.reaction_s + speed_mps / stopping.braking_mps2 + stopping.creep_s
-    return stopping.reaction_s + (speed_mps - math.sqrt(left)) / stopping.braking_mps2
+    b = stopping.braking_mps2
+    left = speed_mps * speed_mps - 2.0 * b * distance_m
+    if left <= stopping.fading_mps * stopping.fading_mps:
+        return stopping.reaction_s + speed_mps / b + stopping.creep_s
+    return 2.0 * TICK_S + (speed_mps - math.sqrt(left)) / b

@@ -25,11 +25,10 @@ from touchline.onboard.estimation.filter import speed_now_mps
 from touchline.onboard.interface import TICK_S
 from touchline.onboard.protection.stopping import (
     CREPT_MPS,
-    Stopping,
+    StopFigures,
+    latest_at,
     speed_to_stop_in,
     stopping_m,
-    stopping_with,
-    time_to,
 )
 from touchline.onboard.trajectory.path_projection import LegArrays, piece_at, pose_on
 
@@ -132,7 +131,13 @@ def _needed_m(way: WayState, j: int, off_m: float) -> float:
     A robot that is nearer than that already may move as long as it does not come nearer still.
     """
     nearest_m = min(way.clear_m[0], way.standing_m[0]) + way.slack_m[0]
-    return min(way.margin_m + way.error_m, nearest_m - way.slack_m[j]) + off_m
+    needed_m: float = min(way.margin_m + way.error_m, nearest_m - way.slack_m[j]) + off_m
+    return needed_m
+
+
+@kernel
+def _stopping(way: WayState) -> StopFigures:
+    return StopFigures(way.reaction_s, way.braking_mps2, way.creep_s, way.braking_mps2 * way.lag_s)
 
 
 @kernel
@@ -143,7 +148,7 @@ def _ends_m(way: WayState, j: int) -> tuple[float, float]:
 
 
 @kernel
-def allowed_mps(way: WayState, stopping: Stopping, travelled_m: float, off_m: float, age_s: float) -> float:
+def _allowed_mps(way: WayState, travelled_m: float, off_m: float, age_s: float) -> float:
     """Return the highest speed [m/s] from which the robot stops without touching what may be there until then.
 
     A speed that a pose does not allow is lowered to the one with which the robot stops before that pose, or is at rest
@@ -151,12 +156,16 @@ def allowed_mps(way: WayState, stopping: Stopping, travelled_m: float, off_m: fl
 
     Args:
         way: Way with its clearances.
-        stopping: Figures of the stop.
         travelled_m: Way that the robot has gone since.
         off_m: Distance of the body from the poses.
         age_s: Time since the hits were measured.
     """
     v, last, lowered = way.fastest_mps, len(way.ahead_m) - 1, True
+    stopping = _stopping(way)
+    most_s = age_s + stopping.reaction_s + v / stopping.braking_mps2 + stopping.creep_s
+    unhindered = way.fixed_room_m >= off_m and way.room_m >= off_m + way.thing_mps * most_s
+    if unhindered and travelled_m + stopping_m(v, stopping) <= way.ahead_m[last]:
+        return v
     while lowered and v > 0.0:
         lowered = False
         reach_m = travelled_m + stopping_m(v, stopping)
@@ -171,7 +180,7 @@ def allowed_mps(way: WayState, stopping: Stopping, travelled_m: float, off_m: fl
                 continue
             needed_m = _needed_m(way, j, off_m)
             room_m, fixed = way.clear_m[j] - needed_m, way.standing_m[j] < needed_m - _EXACT_M
-            by_s = time_to(far_m - travelled_m, v, stopping)
+            by_s = latest_at(far_m - travelled_m, v, stopping)
             if not fixed and room_m >= way.thing_mps * (age_s + by_s) - _EXACT_M:
                 continue
             slower = speed_to_stop_in(near_m - travelled_m, stopping) if j > 0 else 0.0
@@ -209,21 +218,24 @@ def _motion(computer: Computer) -> tuple[float, float, float]:
 
 @kernel
 def find_stop(computer: Computer) -> None:
-    """Find the place up to which the robot may come to rest, with hits as old as they get: `stop_m`.
+    """Find the place up to which the robot may come to rest with hits as old as they get, and the least room.
+
+    They are `stop_m`, `room_m` and `fixed_room_m`.
 
     Args:
         computer: (1,) whose clearances are measured; updated.
     """
     way = computer[0].way
     off_m = _motion(computer)[2]
-    stopping = stopping_with(way.braking_mps2, way.lag_s)
-    grown_m = way.thing_mps * (way.late_ticks * TICK_S + stopping.reaction_s + stopping.creep_s)
-    way.stop_m = math.inf
+    grown_m = way.thing_mps * (way.late_ticks * TICK_S + way.reaction_s + way.creep_s)
+    way.stop_m = way.room_m = way.fixed_room_m = math.inf
     for j in range(len(way.ahead_m)):
         needed_m = _needed_m(way, j, off_m) - _EXACT_M
-        if way.clear_m[j] < needed_m + grown_m or way.standing_m[j] < needed_m:
+        if math.isinf(way.stop_m) and (way.clear_m[j] < needed_m + grown_m or way.standing_m[j] < needed_m):
             way.stop_m = _ends_m(way, j)[0]
-            return
+        needed_m -= off_m
+        way.room_m = min(way.room_m, way.clear_m[j] - needed_m)
+        way.fixed_room_m = min(way.fixed_room_m, way.standing_m[j] - needed_m)
 
 
 @kernel
@@ -243,12 +255,11 @@ def watch_way(computer: Computer) -> None:
         way.limit_mps, way.cap_mps, way.blocked = 0.0, 0.0, SILENT if age > way.silent_ticks else IN_THE_WAY
         c.leg.limit_mps = 0.0
         return
-    stopping = stopping_with(way.braking_mps2, way.lag_s)
     travelled_m, speed, off_m = _motion(computer)
-    limit = allowed_mps(way, stopping, travelled_m, off_m, max(age, way.late_ticks) * TICK_S)
+    limit = _allowed_mps(way, travelled_m, off_m, max(age, way.late_ticks) * TICK_S)
     way.cap_mps, way.blocked = limit, CLEAR
     if limit < way.fastest_mps and age < way.late_ticks:
-        way.cap_mps = allowed_mps(way, stopping, travelled_m, off_m, age * TICK_S)
+        way.cap_mps = _allowed_mps(way, travelled_m, off_m, age * TICK_S)
     slowing_m, passing_m = max(way.stop_m - travelled_m, 0.0), max(way.slow_m - travelled_m, 0.0)
     way.limit_mps = min(
         limit,
@@ -275,7 +286,7 @@ def hold_to_cap(drive: Any, computer: Computer, actuators: Floats) -> None:
     wanted, moves = (abs(rate) * way.lever_m, abs(now[tracking.YAW_RATE]) * way.lever_m)
     if way.kind != TURN:
         wanted, moves = abs(speed), abs(now[tracking.SPEED])
-    most = max(way.cap_mps, moves - way.braking_mps2 * max(way.lag_s, TICK_S))
+    most = max(way.cap_mps, moves - way.lead_mps)
     if wanted > most:
         share = most / wanted
         slower = onboard_drive.actuators_of(drive, speed * share, rate * share, now)

@@ -47,7 +47,7 @@ MOVED_SCANS: Final = 3
 
 
 class Blocked(NamedTuple):
-    """What stands in the robot's way.
+    """Thing in the robot's way.
 
     Attributes:
         since_tick: Tick since which the robot may not move for it.
@@ -89,7 +89,7 @@ class Driver(Protocol):
         ...
 
 
-class Protection:
+class Protector:
     """Rule that lets a robot move only where it can stop before it touches anything.
 
     Attributes:
@@ -177,8 +177,13 @@ class Protection:
 
     @property
     def blocked(self) -> Blocked | None:
-        """What stands in the way; None if the robot may move, or its lidar is silent."""
+        """Thing in the way; None if the robot may move, or its lidar is silent."""
         return self._blocked
+
+    @property
+    def braking_mps2(self) -> float:
+        """Deceleration of a protective stop that the robot counts on."""
+        return self._way.braking_mps2
 
     def take(self, hits: Hits) -> None:
         """Take the hits of the newest scan; call it before the first tick that follows their arrival.
@@ -300,8 +305,7 @@ class Protection:
         driver.lay_way(back=back)
         self._laid = driver.way[0], back
         self._set_braking()
-        stopping = stopping_with(way.braking_mps2, way.lag_s)
-        rest_s = stopping.reaction_s + way.fastest_mps / way.braking_mps2 + stopping.creep_s
+        rest_s = way.reaction_s + way.fastest_mps / way.braking_mps2 + way.creep_s
         most_m = 1.0 + way.margin_m + way.error_m + way.thing_mps * (way.silent_ticks * TICK_S + rest_s)
         reach_m = way.horizon_m + way.radius_m + most_m
         points, moving = self._hits.points_m, len(self._hits.points_m) - self._hits.standing
@@ -326,9 +330,12 @@ class Protection:
         """Set the highest speed, at which the robot stops for what it sees at its lidar's range, and the horizon."""
         way = self._way
         stopping = stopping_with(way.braking_mps2, way.lag_s)
+        way.reaction_s, way.creep_s = stopping.reaction_s, stopping.creep_s
+        way.lead_mps = way.braking_mps2 * TICK_S / -math.expm1(-TICK_S / max(way.lag_s, 1e-3))
         b, thing = way.braking_mps2, way.thing_mps
         reached = b * stopping.reaction_s + thing
-        left_m = self._seen_m - way.margin_m - thing * (way.late_ticks * TICK_S + stopping.reaction_s + stopping.creep_s)
+        moved_m = thing * (way.late_ticks * TICK_S + stopping.reaction_s + stopping.creep_s)
+        left_m = self._seen_m - way.margin_m - moved_m
         seen_mps = max(math.sqrt(reached * reached + 2.0 * b * max(left_m, 0.0)) - reached, 0.0)
         way.fastest_mps, way.free_mps = min(self._wanted_mps, seen_mps), math.inf
         if seen_mps < self._wanted_mps:
@@ -368,8 +375,8 @@ class Protection:
         if now_m < most_m and now_m < before_m - gone_m:
             self._told_too_fast = True
             self._tell(
-                f"something came within {max(now_m, 0.0):.1f} m that moves faster than {way.thing_mps:g} m/s, or that the "
-                "lidar did not see before; the robot is not protected against that"
+                f"something came within {max(now_m, 0.0):.1f} m that moves faster than {way.thing_mps:g} m/s, or that "
+                "the lidar did not see before; the robot is not protected against that"
             )
 
     def _pose(self) -> tuple[float, float, float]:
