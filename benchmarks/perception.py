@@ -44,9 +44,10 @@ class Walker:
         seed: Seed of the walk.
         farthest_m: Largest distance from the origin.
         seconds: Duration.
+        corners_hz: Right angles a second.
     """
 
-    def __init__(self, seed: int, farthest_m: float, seconds: float) -> None:
+    def __init__(self, seed: int, farthest_m: float, seconds: float, corners_hz: float) -> None:
         rng, step_s = np.random.default_rng(seed), 0.02
         angle, heading = rng.uniform(0.0, math.tau), rng.uniform(0.0, math.tau)
         place = rng.uniform(1.5, farthest_m) * np.array([math.cos(angle), math.sin(angle)])
@@ -54,7 +55,7 @@ class Walker:
         for _ in range(int(seconds / step_s) + 100):
             turning += (-turning / 1.0) * step_s + 0.5 * math.sqrt(step_s) * rng.normal()
             heading += turning * step_s
-            if rng.random() < 0.1 * step_s:
+            if rng.random() < corners_hz * step_s:
                 heading += rng.choice((-0.5, 0.5)) * math.pi
             distance, ahead = float(np.hypot(*place)), np.array([math.cos(heading), math.sin(heading)])
             back = distance > farthest_m and place @ ahead > 0.0
@@ -111,7 +112,7 @@ def follow_people(lidar: LidarSpec, people: int, seconds: float, seed: int = 1) 
     rows, lost = [], 0
     farthest_m = min(9.0, lidar.dark_m - 1.2)
     for who in range(seed, seed + people):
-        walker = Walker(who, farthest_m, seconds + 2.0)
+        walker = Walker(who, farthest_m, seconds + 2.0, 0.01 * lidar.rate_hz)
         seeing = Seeing(Vehicle(sensors=(lidar,)), standing(), walker.scene_at, who)
         seeing.dropout, seeing.pose_sigma = DROPOUT, POSE_SIGMA
         number = 0

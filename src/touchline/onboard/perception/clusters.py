@@ -113,17 +113,14 @@ def _broken(lidar: ScanFigures, beams: Beams, i: int, j: int) -> bool:
 def _corner(lidar: ScanFigures, beams: Beams, first: int, last: int, order: Integers) -> int:
     """Return the place of a corner seen from inside, which splits a cluster; −1 if it has none."""
     a, b = beams.points_m[order[first]], beams.points_m[order[last]]
-    ray = beams.rays[order[first]]
     x, y = b[0] - a[0], b[1] - a[1]
     length = math.hypot(x, y)
     if length == 0.0:
         return -1
-    side = x * (ray[1] - a[1]) - y * (ray[0] - a[0])  # of the chord on which the lidar is
-    sign = -1.0 if side > 0.0 else 1.0
     place, deepest = -1, (_CORNER_M + 3.0 * sigma_of(lidar, beams.range_m[order[first]])) * length
     for k in range(first + 1, last):
         point = beams.points_m[order[k]]
-        depth = sign * (x * (point[1] - a[1]) - y * (point[0] - a[0]))
+        depth = y * (point[0] - a[0]) - x * (point[1] - a[1])  # to the right: beams run counter-clockwise
         if depth > deepest:
             place, deepest = k, depth
     return place

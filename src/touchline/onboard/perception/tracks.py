@@ -35,7 +35,7 @@ _ACCELERATION: Final = 1.0
 """Spectral density of the white acceleration, m²/s³."""
 _FIX_M: Final = 0.1
 """σ of a cluster's centre: a person's legs swing, whatever the lidar's noise."""
-_LEG_FIX_M: Final = 0.2
+_LEG_FIX_M: Final = 0.3
 """The same if only one leg of a person is seen."""
 _STRIDING: Final = 0.2
 """Share of scans with two legs from which on a track is a person's."""
