@@ -33,6 +33,8 @@ SMALL = Small(
     (*(f"{name}: # people" for name in LIDARS), "a scan of 720 beams with 20 things: # us"),
 )
 _LOST_M = 0.7
+_EDGE_M = 0.5
+"""Distance from the lidar's longest range from which on a person is partly out of it, and not counted."""
 _NEAREST_M = 1.0
 _ROUND_RADPS = 2.0
 
@@ -84,7 +86,7 @@ class Followed(NamedTuple):
         off_m: Distance from the truth.
         speed_off_mps: Difference of the velocities.
         inside: True within 3 σ of the place, of 2 degrees of freedom.
-        lost: Number of times that a person got another track, or none for a second.
+        lost: Number of times that a person got another track.
         moving: True if it counted as moving.
     """
 
@@ -120,6 +122,9 @@ def follow_people(lidar: LidarSpec, people: int, seconds: float, seed: int = 1) 
             seeing.scan()
             x, y, _, _, vx, vy = walker.at(seeing.time_s).tolist()
             track = _nearest(seeing.perception.tracks, x, y)
+            if math.hypot(x, y) > lidar.dark_m - _EDGE_M:
+                number = 0
+                continue
             if seeing.scans < WARM_UP_S * lidar.rate_hz or track is None:
                 continue
             lost += number not in (0, track.number)

@@ -312,9 +312,9 @@ def follow(
             row_of[n + 1] = -1
     free = 0
     for n in range(found):
-        # The other leg of a person, or a part of one, is nobody else.
-        leg = clusters.width_m[n, 0] <= LEG_M
-        if row_of[n + 1] >= 0 and not (leg and _is_at_a_person(seen[n], tracks, rows[:used])):
+        # The other leg of a person, or a part of a walking one between the last beam and the first, is nobody else.
+        part = clusters.width_m[n, 0] <= _PERSON_M
+        if row_of[n + 1] >= 0 and not (part and _is_at_a_person(seen[n], tracks, rows[:used])):
             while free < len(tracks) and tracks[free].number != 0:
                 free += 1
             if free < len(tracks):
