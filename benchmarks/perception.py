@@ -76,7 +76,8 @@ class Walker:
 
     def scene_at(self, time_s: float) -> Scene:
         """Return its legs."""
-        return Scene(legs(*self.at(time_s)[:4].tolist()))
+        x, y, heading, phase, _, _ = self.at(time_s).tolist()
+        return Scene(legs(x, y, heading, phase))
 
 
 class Followed(NamedTuple):
@@ -140,7 +141,9 @@ def scan_us(scans: int) -> float:
     """Return the median CPU time of a scan with ten people, ten posts, rain, and 20 outlines that are known [µs]."""
     angles = np.arange(20) * math.tau / 20.0
     places = np.stack((np.cos(angles), np.sin(angles)), 1) * np.linspace(2.0, 8.0, 20)[:, None]
-    people = [legs(*place, angle, angle) for place, angle in zip(places[:10].tolist(), angles.tolist(), strict=False)]
+    people = [
+        legs(x, y, angle, angle) for (x, y), angle in zip(places[:10].tolist(), angles[:10].tolist(), strict=True)
+    ]
     scene = Scene(np.vstack((*people, np.column_stack((places[10:], np.full(10, 0.06))))))
     seeing = Seeing(Vehicle(sensors=(LidarSpec(name="front"),)), standing(), lambda _: scene)
     seeing.perception.restart([[(x, y), (x + 1.0, y), (x + 1.0, y + 0.2)] for x, y in (1.3 * places).tolist()])

@@ -10,7 +10,8 @@ from touchline.onboard.control.pure_pursuit import PurePursuitFollower
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.executive.handover import PlanPlace, taken_over_at
-from touchline.onboard.interface import TICKS_PER_S, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.onboard.interface import TICKS_PER_S, AuxiliarySample, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.onboard.perception.perception import lidars_of
 from touchline.onboard.tracking_state import COMMAND
 from touchline.onboard.trajectory.path_projection import AHEAD_COLUMNS
 from touchline.schemas.curves import Curve
@@ -20,6 +21,7 @@ from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
 
 _TICKS = 90
+_OBSTACLE = ((3.0, 0.0), (4.0, 0.0), (4.0, 1.0))
 
 
 def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None) -> None:
@@ -31,7 +33,7 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
     """
     vehicle = vehicle or Vehicle()
     onboard = Onboard(vehicle, config or OnboardConfig())
-    course = onboard.prepare(straight(vehicle))
+    course = onboard.prepare(straight(vehicle), obstacles=[_OBSTACLE])
     taken_over_at(PlanPlace(course.plan, 0, 0.0), course.plan)  # as under way, where nothing may be compiled
     course.fence.beyond_m(0.0, 0.0, 0.0)  # as where a template has a boundary
     onboard.take(course)
@@ -42,6 +44,9 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
         fixes = (fix,) if tick % 10 == 1 and tick > 11 else ()
         imu, mag = ImuSample(0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY_MPS2), MagSample(0.0, 1.7e-5, -4.8e-5)
         onboard.step(SensorFrame(tick, tick / TICKS_PER_S, imu, mag, encoders, fixes))
+        scans = [AuxiliarySample(each.name, tick / TICKS_PER_S, (3.0,) * each.beams) for each in lidars_of(vehicle)]
+        if tick % 10 == 0:
+            onboard.take_samples(scans)
     _warm_up_rare(vehicle)
 
 

@@ -180,7 +180,8 @@ def _cost(track: TrackState, seen: Floats) -> float:
     """
     x, y, after_s = _astray(track, seen[0], seen[1], seen[2])
     var = _predicted_var(track, after_s) + (seen[4] if track.legs > _STRIDING else seen[3])
-    return min((x * x + y * y) / var, _GATE)
+    cost: float = min((x * x + y * y) / var, _GATE)
+    return cost
 
 
 @kernel
@@ -288,7 +289,7 @@ def follow(
         work: Memory.
         numbers: (1,) number of the last new track; changed.
     """
-    rows, row_of, seen, used, found = work.rows, work.row_of, work.seen, 0, clusters.count[0]
+    rows, row_of, seen, used, found = work.rows, work.row_of, work.seen, 0, clusters.found[0]
     for k in range(len(tracks)):
         if tracks[k].number != 0:
             rows[used] = k
@@ -375,7 +376,9 @@ class Tracks:
         )
         values = zip(*(each.tolist() for each in columns), strict=True)
         kinds = map(_kind_of, *(rows[name].tolist() for name in ("width_m", "thickness_m", "moved", "legs")))
-        return [Track(kind, *each, outline) for kind, each, outline in zip(kinds, values, outlines, strict=True)]
+        return [
+            Track._make((kind, *each, outline)) for kind, each, outline in zip(kinds, values, outlines, strict=True)
+        ]
 
 
 def _kind_of(width_m: float, thickness_m: float, moved: bool, legs: float) -> str:
