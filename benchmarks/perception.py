@@ -33,6 +33,8 @@ SMALL = Small(
     (*(f"{name}: # people" for name in LIDARS), "a scan of 720 beams with 20 things: # us"),
 )
 _LOST_M = 0.7
+_EDGE_M = 0.5
+"""Distance from the lidar's longest range from which on a person is partly out of it, and not counted."""
 _NEAREST_M = 1.0
 _ROUND_RADPS = 2.0
 
@@ -44,9 +46,10 @@ class Walker:
         seed: Seed of the walk.
         farthest_m: Largest distance from the origin.
         seconds: Duration.
+        corners_hz: Right angles a second.
     """
 
-    def __init__(self, seed: int, farthest_m: float, seconds: float) -> None:
+    def __init__(self, seed: int, farthest_m: float, seconds: float, corners_hz: float) -> None:
         rng, step_s = np.random.default_rng(seed), 0.02
         angle, heading = rng.uniform(0.0, math.tau), rng.uniform(0.0, math.tau)
         place = rng.uniform(1.5, farthest_m) * np.array([math.cos(angle), math.sin(angle)])
@@ -54,7 +57,7 @@ class Walker:
         for _ in range(int(seconds / step_s) + 100):
             turning += (-turning / 1.0) * step_s + 0.5 * math.sqrt(step_s) * rng.normal()
             heading += turning * step_s
-            if rng.random() < 0.1 * step_s:
+            if rng.random() < corners_hz * step_s:
                 heading += rng.choice((-0.5, 0.5)) * math.pi
             distance, ahead = float(np.hypot(*place)), np.array([math.cos(heading), math.sin(heading)])
             back = distance > farthest_m and place @ ahead > 0.0
@@ -73,7 +76,8 @@ class Walker:
 
     def scene_at(self, time_s: float) -> Scene:
         """Return its legs."""
-        return Scene(legs(*self.at(time_s)[:4].tolist()))
+        x, y, heading, phase, _, _ = self.at(time_s).tolist()
+        return Scene(legs(x, y, heading, phase))
 
 
 class Followed(NamedTuple):
@@ -83,7 +87,7 @@ class Followed(NamedTuple):
         off_m: Distance from the truth.
         speed_off_mps: Difference of the velocities.
         inside: True within 3 σ of the place, of 2 degrees of freedom.
-        lost: Number of times that a person got another track, or none for a second.
+        lost: Number of times that a person got another track.
         moving: True if it counted as moving.
     """
 
@@ -111,7 +115,7 @@ def follow_people(lidar: LidarSpec, people: int, seconds: float, seed: int = 1) 
     rows, lost = [], 0
     farthest_m = min(9.0, lidar.dark_m - 1.2)
     for who in range(seed, seed + people):
-        walker = Walker(who, farthest_m, seconds + 2.0)
+        walker = Walker(who, farthest_m, seconds + 2.0, 0.01 * lidar.rate_hz)
         seeing = Seeing(Vehicle(sensors=(lidar,)), standing(), walker.scene_at, who)
         seeing.dropout, seeing.pose_sigma = DROPOUT, POSE_SIGMA
         number = 0
@@ -119,6 +123,9 @@ def follow_people(lidar: LidarSpec, people: int, seconds: float, seed: int = 1) 
             seeing.scan()
             x, y, _, _, vx, vy = walker.at(seeing.time_s).tolist()
             track = _nearest(seeing.perception.tracks, x, y)
+            if math.hypot(x, y) > lidar.dark_m - _EDGE_M:
+                number = 0
+                continue
             if seeing.scans < WARM_UP_S * lidar.rate_hz or track is None:
                 continue
             lost += number not in (0, track.number)
@@ -134,7 +141,9 @@ def scan_us(scans: int) -> float:
     """Return the median CPU time of a scan with ten people, ten posts, rain, and 20 outlines that are known [µs]."""
     angles = np.arange(20) * math.tau / 20.0
     places = np.stack((np.cos(angles), np.sin(angles)), 1) * np.linspace(2.0, 8.0, 20)[:, None]
-    people = [legs(*place, angle, angle) for place, angle in zip(places[:10].tolist(), angles.tolist(), strict=False)]
+    people = [
+        legs(x, y, angle, angle) for (x, y), angle in zip(places[:10].tolist(), angles[:10].tolist(), strict=True)
+    ]
     scene = Scene(np.vstack((*people, np.column_stack((places[10:], np.full(10, 0.06))))))
     seeing = Seeing(Vehicle(sensors=(LidarSpec(name="front"),)), standing(), lambda _: scene)
     seeing.perception.restart([[(x, y), (x + 1.0, y), (x + 1.0, y + 0.2)] for x, y in (1.3 * places).tolist()])

@@ -9,6 +9,8 @@ from touchline.schemas.vehicles.quantities import Length
 from touchline.schemas.vehicles.sensor_spec import SensorSpec
 
 FULL_TURN_RAD = 6.283185307179586
+OLDEST_BEAM_S = 0.6
+"""Age up to which the robot's computer knows where it was when a beam was measured."""
 
 
 class LidarSpec(SensorSpec):
@@ -53,4 +55,8 @@ class LidarSpec(SensorSpec):
             raise ValueError(f"beams × step_rad must be at most a full turn, {FULL_TURN_RAD:.4f} rad")
         if self.scan_s * self.rate_hz > 1.0 + 1e-9:
             raise ValueError("scan_s must be at most the time from scan to scan, 1 / rate_hz")
+        if self.scan_s + self.latency_s > OLDEST_BEAM_S:
+            raise ValueError(
+                f"scan_s + latency_s must be at most {OLDEST_BEAM_S} s; give a smaller scan_s or latency_s"
+            )
         return self

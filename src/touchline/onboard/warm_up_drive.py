@@ -10,8 +10,9 @@ from touchline.onboard.control.pure_pursuit import PurePursuitFollower
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.executive.handover import PlanPlace, taken_over_at
-from touchline.onboard.interface import TICKS_PER_S, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.onboard.interface import TICKS_PER_S, AuxiliarySample, GnssSample, ImuSample, MagSample, SensorFrame
 from touchline.onboard.perception.hits import NO_POINTS, Hits
+from touchline.onboard.perception.perception import lidars_of
 from touchline.onboard.protection.clearance import clearance
 from touchline.onboard.protection.way import lay_straight, lay_turn
 from touchline.onboard.tracking_state import COMMAND
@@ -23,6 +24,7 @@ from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
 
 _TICKS = 90
+_OBSTACLE = ((3.0, 0.0), (4.0, 0.0), (4.0, 1.0))
 
 
 def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None) -> None:
@@ -34,7 +36,7 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
     """
     vehicle = vehicle or Vehicle()
     onboard = Onboard(vehicle, config or OnboardConfig())
-    course = onboard.prepare(straight(vehicle))
+    course = onboard.prepare(straight(vehicle), obstacles=[_OBSTACLE])
     taken_over_at(PlanPlace(course.plan, 0, 0.0), course.plan)  # as under way, where nothing may be compiled
     course.fence.beyond_m(0.0, 0.0, 0.0)  # as where a template has a boundary
     onboard.take(course)
@@ -46,6 +48,9 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
         onboard.protection.take(Hits(NO_POINTS, tick, 0.0))
         imu, mag = ImuSample(0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY_MPS2), MagSample(0.0, 1.7e-5, -4.8e-5)
         onboard.step(SensorFrame(tick, tick / TICKS_PER_S, imu, mag, encoders, fixes))
+        scans = [AuxiliarySample(each.name, tick / TICKS_PER_S, (3.0,) * each.beams) for each in lidars_of(vehicle)]
+        if tick % 10 == 0:
+            onboard.take_samples(scans)
     _warm_up_rare(vehicle)
     if onboard.protection.on:
         lay_turn(onboard.computer, 1.0)

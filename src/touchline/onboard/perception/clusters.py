@@ -40,10 +40,10 @@ UNIT: Final = np.stack((np.cos(_ANGLES), np.sin(_ANGLES)), 1)
 
 
 class Clusters(NamedTuple):
-    """Memory for the clusters of a scan; `count` has their number, the first rows of all others are theirs.
+    """Memory for the clusters of a scan; `found` has their number, the first rows of all others are theirs.
 
     Attributes:
-        count: (1,) number of clusters.
+        found: (1,) number of clusters.
         centre_m: (MOST, 2) centre of each.
         width_m: (MOST, 2) largest width, and the smallest, over the directions.
         legs: (MOST,) 2 if a cluster is two legs, else 1.
@@ -53,7 +53,7 @@ class Clusters(NamedTuple):
         ends: (MOST, 2) first and last place in `order` of what is still to be split.
     """
 
-    count: Integers
+    found: Integers
     centre_m: Floats
     width_m: Floats
     legs: Integers
@@ -106,24 +106,21 @@ def _broken(lidar: ScanFigures, beams: Beams, i: int, j: int) -> bool:
     """Return whether the returns of two beams, one after the other, belong to different things."""
     near = min(beams.range_m[i], beams.range_m[j])
     most = _BREAK_M + 2.0 * near * lidar.step_rad + 3.0 * sigma_of(lidar, near)
-    return _apart(beams.points_m[i], beams.points_m[j]) > most
+    return bool(_apart(beams.points_m[i], beams.points_m[j]) > most)
 
 
 @kernel
 def _corner(lidar: ScanFigures, beams: Beams, first: int, last: int, order: Integers) -> int:
     """Return the place of a corner seen from inside, which splits a cluster; −1 if it has none."""
     a, b = beams.points_m[order[first]], beams.points_m[order[last]]
-    ray = beams.rays[order[first]]
     x, y = b[0] - a[0], b[1] - a[1]
     length = math.hypot(x, y)
     if length == 0.0:
         return -1
-    side = x * (ray[1] - a[1]) - y * (ray[0] - a[0])  # of the chord on which the lidar is
-    sign = -1.0 if side > 0.0 else 1.0
     place, deepest = -1, (_CORNER_M + 3.0 * sigma_of(lidar, beams.range_m[order[first]])) * length
     for k in range(first + 1, last):
         point = beams.points_m[order[k]]
-        depth = sign * (x * (point[1] - a[1]) - y * (point[0] - a[0]))
+        depth = y * (point[0] - a[0]) - x * (point[1] - a[1])  # to the right: beams run counter-clockwise
         if depth > deepest:
             place, deepest = k, depth
     return place
@@ -132,10 +129,10 @@ def _corner(lidar: ScanFigures, beams: Beams, first: int, last: int, order: Inte
 @kernel
 def _describe(beams: Beams, first: int, last: int, unit: Floats, clusters: Clusters) -> None:
     """Append the cluster of the returns from one place of the order to another."""
-    n = clusters.count[0]
+    n = clusters.found[0]
     if n == MOST:
         return
-    clusters.count[0] = n + 1
+    clusters.found[0] = n + 1
     hull = clusters.hull_m[n]
     start = beams.points_m[clusters.order[first]]
     for k in range(DIRECTIONS):
@@ -177,7 +174,7 @@ def _split(lidar: ScanFigures, beams: Beams, first: int, last: int, unit: Floats
 def _nearest_leg(n: int, clusters: Clusters) -> int:
     """Return the leg that is nearest to another one, within a step of it; −1 if there is none."""
     found, least = -1, STEP_M
-    for k in range(clusters.count[0]):
+    for k in range(clusters.found[0]):
         apart = _apart(clusters.centre_m[n], clusters.centre_m[k])
         if k != n and clusters.width_m[k, 0] <= LEG_M and clusters.legs[k] == 1 and apart <= least:
             found, least = k, apart
@@ -188,7 +185,7 @@ def _nearest_leg(n: int, clusters: Clusters) -> int:
 def _merge_legs(unit: Floats, clusters: Clusters) -> None:
     """Merge pairs of legs, each the nearest to the other."""
     n = 0
-    while n < clusters.count[0]:
+    while n < clusters.found[0]:
         k = -1
         if clusters.width_m[n, 0] <= LEG_M and clusters.legs[n] == 1:
             k = _nearest_leg(n, clusters)
@@ -206,8 +203,8 @@ def _merge(n: int, k: int, unit: Floats, clusters: Clusters) -> None:
         widen(clusters.hull_m[n], clusters.hull_m[k, d, 0], clusters.hull_m[k, d, 1], unit)
     clusters.width_m[n, 0], clusters.width_m[n, 1] = widths_of(clusters.hull_m[n], unit)
     clusters.legs[n], clusters.time_s[n] = 2, 0.5 * (clusters.time_s[n] + clusters.time_s[k])
-    last = clusters.count[0] - 1
-    clusters.count[0] = last
+    last = clusters.found[0] - 1
+    clusters.found[0] = last
     for d in range(DIRECTIONS):
         for axis in range(2):
             clusters.hull_m[k, d, axis] = clusters.hull_m[last, d, axis]
@@ -232,7 +229,7 @@ def form_clusters(lidars: Sequence[ScanFigures], beams: Beams, unit: Floats, clu
         if beams.kind[i] == THING:
             order[count] = i
             count += 1
-    clusters.count[0] = 0
+    clusters.found[0] = 0
     if count == 0:
         return
     start = 0  # all round it begins after a break, so that none is cut at the first beam

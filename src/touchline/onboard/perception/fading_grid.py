@@ -126,7 +126,7 @@ class FadingGrid:
 
     def __init__(self) -> None:
         self.corner, self.cells = np.zeros(2, np.int64), np.zeros((CELLS, CELLS))
-        self._marks, self._scans, self._faded_s = np.zeros((CELLS, CELLS), np.int64), 0, 0.0
+        self._marks, self._scans, self._faded_s = np.zeros((CELLS, CELLS), np.int64), 0, -math.inf
 
     def enter(self, beams: Beams, free_m: float, time_s: float) -> None:
         """Enter a scan.
@@ -136,11 +136,11 @@ class FadingGrid:
             free_m: Range up to which a beam without a return was free.
             time_s: Present time.
         """
-        self._scans += 1
-        enter_scan(beams, free_m, self._scans, self.corner, self.cells, self._marks)
         if time_s - self._faded_s >= 1.0:
             fade(self.cells, time_s - self._faded_s)
             self._faded_s = time_s
+        self._scans += 1
+        enter_scan(beams, free_m, self._scans, self.corner, self.cells, self._marks)
 
     @property
     def log_odds(self) -> Floats:

@@ -116,7 +116,7 @@ def _holder_of(x: float, y: float, near: Integers, count: int, index: _Index) ->
     """Return the first of the near outlines that a place lies in; −1 if there is none."""
     boxes = index.boxes
     for k in range(count):
-        n = near[k]
+        n = int(near[k])
         within = boxes[n, 0] <= x <= boxes[n, 2] and boxes[n, 1] <= y <= boxes[n, 3]
         if within and inside(x, y, index.corners[index.first[n] : index.first[n + 1]]):
             return n

@@ -87,7 +87,7 @@ def _stays(memory: ScanMemory, x: float, y: float, way_m: float) -> bool:
         memory.ground_scans[i, j] += 1
         memory.ground_seen[i, j] = scan
     moved = way_m - memory.ground_from_m[i, j] >= _MOVED_M
-    return moved and memory.ground_scans[i, j] >= _STAYED_SCANS
+    return bool(moved and memory.ground_scans[i, j] >= _STAYED_SCANS)
 
 
 @kernel

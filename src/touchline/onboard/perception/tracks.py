@@ -35,7 +35,7 @@ _ACCELERATION: Final = 1.0
 """Spectral density of the white acceleration, m²/s³."""
 _FIX_M: Final = 0.1
 """σ of a cluster's centre: a person's legs swing, whatever the lidar's noise."""
-_LEG_FIX_M: Final = 0.2
+_LEG_FIX_M: Final = 0.3
 """The same if only one leg of a person is seen."""
 _STRIDING: Final = 0.2
 """Share of scans with two legs from which on a track is a person's."""
@@ -180,7 +180,8 @@ def _cost(track: TrackState, seen: Floats) -> float:
     """
     x, y, after_s = _astray(track, seen[0], seen[1], seen[2])
     var = _predicted_var(track, after_s) + (seen[4] if track.legs > _STRIDING else seen[3])
-    return min((x * x + y * y) / var, _GATE)
+    cost: float = min((x * x + y * y) / var, _GATE)
+    return cost
 
 
 @kernel
@@ -288,7 +289,7 @@ def follow(
         work: Memory.
         numbers: (1,) number of the last new track; changed.
     """
-    rows, row_of, seen, used, found = work.rows, work.row_of, work.seen, 0, clusters.count[0]
+    rows, row_of, seen, used, found = work.rows, work.row_of, work.seen, 0, clusters.found[0]
     for k in range(len(tracks)):
         if tracks[k].number != 0:
             rows[used] = k
@@ -312,9 +313,9 @@ def follow(
             row_of[n + 1] = -1
     free = 0
     for n in range(found):
-        # The other leg of a person, or a part of one, is nobody else.
-        leg = clusters.width_m[n, 0] <= LEG_M
-        if row_of[n + 1] >= 0 and not (leg and _is_at_a_person(seen[n], tracks, rows[:used])):
+        # The other leg of a person, or a part of a walking one between the last beam and the first, is nobody else.
+        part = clusters.width_m[n, 0] <= _PERSON_M
+        if row_of[n + 1] >= 0 and not (part and _is_at_a_person(seen[n], tracks, rows[:used])):
             while free < len(tracks) and tracks[free].number != 0:
                 free += 1
             if free < len(tracks):
@@ -375,7 +376,9 @@ class Tracks:
         )
         values = zip(*(each.tolist() for each in columns), strict=True)
         kinds = map(_kind_of, *(rows[name].tolist() for name in ("width_m", "thickness_m", "moved", "legs")))
-        return [Track(kind, *each, outline) for kind, each, outline in zip(kinds, values, outlines, strict=True)]
+        return [
+            Track._make((kind, *each, outline)) for kind, each, outline in zip(kinds, values, outlines, strict=True)
+        ]
 
 
 def _kind_of(width_m: float, thickness_m: float, moved: bool, legs: float) -> str:

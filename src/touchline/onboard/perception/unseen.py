@@ -29,7 +29,8 @@ def _seen_m(lidar: ScanFigures, beams: Beams, i: int) -> float:
         return 0.0
     if beams.kind[i] == NOTHING or beams.kind[i] == UNCONFIRMED:
         return min(lidar.dark_m, RANGE_M)
-    return min(beams.range_m[i], RANGE_M)
+    seen_m: float = min(beams.range_m[i], RANGE_M)
+    return seen_m
 
 
 @kernel

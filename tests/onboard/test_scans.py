@@ -1,0 +1,205 @@
+"""From a scan to hits: each beam at its own time, without the robot's body, ground, rain and dropouts."""
+
+import math
+
+import numpy as np
+import pytest
+
+from benchmarks._lidar_scene import Floats, Scene, Seeing, box, standing, still
+from touchline.onboard.interface import AuxiliarySample
+from touchline.onboard.perception.scan import NOTHING, UNUSABLE
+from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.lidar_spec import LidarSpec
+from touchline.schemas.vehicles.protection import Protection
+
+EXACT = LidarSpec(name="front", sigma_m=0.0, systematic_m=0.0)
+POST = (3.0, 1.0, 0.06)
+
+
+def robot(lidar: LidarSpec = EXACT, **rules: object) -> Vehicle:
+    return Vehicle(sensors=(lidar,), protection=Protection.model_validate(rules))
+
+
+def hits(seeing: Seeing) -> Floats:
+    found = seeing.perception.hits
+    assert found is not None
+    return found.points_m
+
+
+def seen(seeing: Seeing, scans: int) -> Floats:
+    """Return the hits after a number of scans."""
+    for _ in range(scans):
+        seeing.scan()
+    return hits(seeing)
+
+
+def from_post(points: Floats) -> Floats:
+    return np.abs(np.hypot(*(points - POST[:2]).T) - POST[2])
+
+
+@pytest.mark.parametrize("turn_radps", [0.0, 2.0])
+def test_a_post_stays_in_place_while_the_robot_drives_and_turns(turn_radps: float) -> None:
+    seeing = Seeing(robot(), lambda t: (-2.0 + 1.4 * (t - 0.64), 0.0, turn_radps * t), still([POST]))
+    for _ in range(12):
+        points = seen(seeing, 1)
+        assert len(points) > 0
+        assert from_post(points).max() < 0.002
+
+
+def test_the_robots_body_and_what_is_too_near_are_no_hits() -> None:
+    arm, inside_range = (0.0, -0.45, 0.02), (0.02, 0.0, 0.01)
+    seeing = Seeing(robot(), standing(), still([arm, inside_range]))
+    assert len(seen(seeing, 3)) == 0
+    (lidar,) = seeing.perception._lidars.values()
+    assert (lidar.beams.kind == UNUSABLE).any()
+
+
+def test_a_range_that_is_not_a_number_is_no_hit_and_no_free_ground() -> None:
+    seeing = Seeing(robot(), standing(), still())
+    sample = seeing.sample()
+    seeing.perception.take(sample._replace(values=(math.nan, -1.0, *sample.values[2:])), seeing.estimator)
+    (lidar,) = seeing.perception._lidars.values()
+    assert lidar.beams.kind[:3].tolist() == [UNUSABLE, UNUSABLE, NOTHING]
+
+
+def test_a_scan_with_another_number_of_beams_is_refused_with_both() -> None:
+    seeing = Seeing(robot(), standing(), still())
+    sample = seeing.sample()
+    with pytest.raises(ValueError, match=r"front: 3 ranges in a scan; its data sheet has beams: 720"):
+        seeing.perception.take(sample._replace(values=(1.0, 1.0, 1.0)), seeing.estimator)
+
+
+@pytest.mark.parametrize("late_s", [0.6, -0.02])
+def test_a_scan_from_before_the_estimators_memory_or_from_the_future_is_not_used(late_s: float) -> None:
+    seeing = Seeing(robot(), standing(), still([POST]))
+    sample = seeing.sample()
+    seeing.perception.take(sample._replace(stamp_s=sample.stamp_s - late_s), seeing.estimator)
+    assert seeing.perception.hits is None
+    assert seeing.perception.too_late == 1
+
+
+def test_ahead_of_a_nose_that_is_low_the_ground_is_doubtful_and_a_post_before_it_is_not() -> None:
+    low = EXACT.model_copy(update={"pitch_rad": math.radians(5.0)})
+    ground_m = low.height_m / math.sin(low.pitch_rad)
+    ground = box(ground_m, -1.0, 0.01, 2.0)  # a wall where ahead of the robot the plane cuts the ground
+    seeing = Seeing(robot(low), standing(), lambda _t: Scene(walls=ground))
+    assert len(seen(seeing, 4)) == 0
+    found = seeing.perception.hits
+    assert found is not None
+    assert len(found.doubtful_m) > 50
+    nearer = Seeing(robot(low), standing(), still([(1.0, 0.0, 0.05)], ground))
+    assert np.hypot(*(seen(nearer, 1) - (1.0, 0.0)).T).max() < 0.06
+
+
+def test_ground_that_moves_along_stays_doubtful_and_what_stays_put_becomes_a_hit() -> None:
+    low = EXACT.model_copy(update={"pitch_rad": math.radians(5.0)})
+    ground_m = low.height_m / math.sin(low.pitch_rad)
+
+    def driving(time_s: float) -> tuple[float, float, float]:
+        return 1.0 * time_s, 0.0, 0.0
+
+    along = Seeing(robot(low), driving, lambda t: Scene(walls=box(driving(t)[0] + ground_m, -0.3, 0.01, 0.6)))
+    put = Seeing(robot(low), driving, still([(4.2, 0.0, 0.2)]))
+    for _ in range(15):
+        assert len(seen(along, 1)) == 0
+    assert len(seen(put, 15)) > 0
+    assert math.hypot(put.perception._place[0] - 4.2, 0.0) > 1.9  # while it was still within the doubtful ranges
+
+
+def test_at_the_foot_of_a_slope_the_level_ground_ahead_is_doubtful() -> None:
+    seeing = Seeing(robot(), standing(), lambda _t: Scene(walls=box(2.0, -0.2, 0.01, 0.4)))
+    seeing.estimator.ring.learned.rise_east_mps2 = -9.81 * 0.09  # downhill, to the east
+    assert len(seen(seeing, 3)) == 0
+
+
+def test_rain_far_away_is_no_hit_near_ones_are_at_once_and_a_far_post_is_soon() -> None:
+    seeing = Seeing(robot(), standing(), still([(8.0, 0.0, 0.1)]))
+    seeing.rain, seeing.rain_m, seeing.dropout = 0.002, 8.0, 0.05
+    first = seen(seeing, 1)
+    near_m = seeing.perception._near_m(0.0, 0.0, seeing.lidar)
+    assert np.hypot(*first.T).max(initial=0.0) <= near_m
+    posts, false = 0, 0
+    for _ in range(60):
+        points = seen(seeing, 1)
+        at_post = np.hypot(*(points - (8.0, 0.0)).T) < 0.2
+        posts += bool(at_post.any())
+        false += int((~at_post & (np.hypot(*points.T) > near_m)).sum())
+    assert posts >= 58
+    assert false <= 15  # of about 70 drops, of which some fall close to one just before
+
+
+def test_a_thing_near_by_counts_in_its_first_scan() -> None:
+    times = iter(range(1000))
+    seeing = Seeing(robot(), standing(), lambda _t: Scene(np.array([(1.2, 0.0, 0.05)])) if next(times) else Scene())
+    assert len(seen(seeing, 1)) > 0
+
+
+def test_how_near_is_near_grows_with_speed() -> None:
+    near = [Seeing(robot(), standing(), still()).perception._near_m(v, 0.0, EXACT) for v in (0.0, 1.0)]
+    assert 1.0 < near[0] < near[1] < 10.0
+    things_stand = Seeing(robot(thing_speed_mps=0.0), standing(), still()).perception
+    assert things_stand._near_m(1.0, 0.0, EXACT) < near[1]
+
+
+def test_a_post_that_a_scan_misses_stays_for_that_scan_and_one_that_is_gone_goes() -> None:
+    seeing = Seeing(robot(), standing(), still([POST]))
+    seen(seeing, 3)
+    for count in (1, 0):
+        sample = seeing.sample()
+        seeing.perception.take(sample._replace(values=(math.inf,) * 720), seeing.estimator)
+        assert bool(len(hits(seeing))) == bool(count)
+    seen(seeing, 3)
+    sample = seeing.sample()
+    seeing.perception.take(sample._replace(values=(6.0,) * 720), seeing.estimator)  # seen through: there is a wall
+    assert not (from_post(hits(seeing)) < 0.2).any()
+
+
+def test_hits_of_two_lidars_are_joined_and_there_are_none_until_both_have_scanned() -> None:
+    front = EXACT.model_copy(update={"beams": 361, "first_rad": -math.pi / 2.0})
+    rear = front.model_copy(update={"name": "rear", "first_rad": math.pi / 2.0, "x_m": -0.3})
+    seeing = Seeing(Vehicle(sensors=(front,)), standing(), still([POST, (-2.0, 0.0, 0.1)]))
+    both = Vehicle(sensors=(front, rear))
+    seeing.perception = type(seeing.perception)(both)
+    for _ in range(2):
+        seeing.scan()
+    assert seeing.perception.hits is None
+    seeing.lidar = rear
+    for _ in range(2):
+        seeing.scan()
+    points = hits(seeing)
+    assert (points[:, 0] > 2.0).any()
+    assert (points[:, 0] < -1.0).any()
+
+
+def test_the_bound_covers_noise_bearing_and_pose() -> None:
+    noisy = LidarSpec(name="front", sigma_m=0.02, systematic_m=0.0)
+    wall = box(1.0, -2.0, 0.1, 4.0)
+    seeing = Seeing(robot(noisy), standing(), still(walls=wall))
+    seeing.pose_sigma = (0.02, math.radians(0.3))
+    worst, bound = 0.0, 0.0
+    for _ in range(20):
+        points = seen(seeing, 1)
+        found = seeing.perception.hits
+        assert found is not None
+        bound = found.error_m
+        worst = max(worst, float(np.percentile(np.abs(points[np.abs(points[:, 1]) < 1.0, 0] - 1.0), 99.0)))
+    assert worst < bound < 0.3
+
+
+def test_unseen_ground_is_bounded_by_points_a_decimetre_apart_behind_things_and_beside_the_field() -> None:
+    field = LidarSpec(name="front", first_rad=-2.35, beams=540, sigma_m=0.0, systematic_m=0.0)
+    bench = box(2.0, -0.5, 0.4, 1.0)
+    points = seen(Seeing(robot(field, unseen="occupied"), standing(), still(walls=bench)), 2)
+    for bearing in (-2.35, math.atan2(0.5, 2.0), math.atan2(-0.5, 2.0)):
+        from_m = 0.06 if bearing < -2.0 else 2.2
+        edge = [(r * math.cos(bearing), r * math.sin(bearing)) for r in np.arange(from_m, 3.9, 0.05)]
+        apart = [np.hypot(*(points - place).T).min() for place in edge]
+        assert max(apart) < 0.08
+    ignored = seen(Seeing(robot(field), standing(), still(walls=bench)), 2)
+    assert np.hypot(*ignored.T).max() < 2.2
+
+
+def test_a_sample_of_another_sensor_is_not_its_own() -> None:
+    perception = Seeing(robot(), standing(), still()).perception
+    assert perception.takes(AuxiliarySample("front", 0.0, ()))
+    assert not perception.takes(AuxiliarySample("rear", 0.0, ()))
