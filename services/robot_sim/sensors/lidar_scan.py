@@ -183,14 +183,15 @@ def see(lidar: LidarFigures, scan: ScanArrays, things: Things, tick: int) -> Non
 @borrowing
 def _between_edges(lidar: LidarFigures, ranges: Floats, beam: int, share: float) -> float:
     """Return the range of a beam that may see both sides of an edge, by a random number in [0, 1)."""
-    near = abs(ranges[beam])
+    near: float = abs(ranges[beam])
     for side in range(2):
         other = beam + 2 * side - 1
         if 0 <= other < len(ranges):
             far = abs(ranges[other])
             chance = share - side * lidar.mixed
             if math.isfinite(far) and abs(far - near) > _EDGE_M and 0.0 <= chance < lidar.mixed:
-                return near + (far - near) * chance / lidar.mixed
+                mixed: float = near + (far - near) * chance / lidar.mixed
+                return mixed
     return near
 
 

@@ -83,18 +83,18 @@ def _bearing(x: float, y: float) -> float:
 
 @kernel
 def range_to_edge(ray: Floats, x1: float, y1: float, x2: float, y2: float) -> float:
-    """Compute the distance along a ray to an edge; inf if it misses it.
+    """Compute the distance along a ray to an edge of an outline, from outside; inf if it misses it.
 
     Args:
         ray: (4,) origin and unit vector.
-        x1: First end [m], with `y1`.
+        x1: First end [m], counter-clockwise along the outline, with `y1`.
         y1: See `x1`.
         x2: Other end [m], with `y2`.
         y2: See `x2`.
     """
     ex, ey, wx, wy = x2 - x1, y2 - y1, x1 - ray[0], y1 - ray[1]
     across = ray[2] * ey - ray[3] * ex
-    if across == 0.0:
+    if across >= 0.0:  # along it, or from within the outline
         return math.inf
     along = (wx * ray[3] - wy * ray[2]) / across
     distance = (wx * ey - wy * ex) / across
@@ -120,7 +120,8 @@ def range_to_disc(ray: Floats, x: float, y: float, radius: float) -> float:
     half = math.sqrt(depth)
     if ahead + half < 0.0:
         return math.inf
-    return max(ahead - half, 0.0)
+    distance: float = max(ahead - half, 0.0)
+    return distance
 
 
 @borrowing
@@ -185,7 +186,9 @@ def _meet_edge(beams: Beams, reference: Reference, solid: Floats) -> None:
     ax, ay = solid[X1] - reference.east_m, solid[Y1] - reference.north_m
     bx, by = solid[X2] - reference.east_m, solid[Y2] - reference.north_m
     ex, ey = bx - ax, by - ay
-    square = ex * ex + ey * ey
+    square, outside = ex * ex + ey * ey, ex * ay - ey * ax
+    if outside < 0.0 and outside * outside > reference.moved_m * reference.moved_m * square:
+        return  # every beam begins on its inner side
     share = min(max(-(ax * ex + ay * ey) / square, 0.0), 1.0) if square > 0.0 else 0.0
     nx, ny = ax + share * ex, ay + share * ey
     nearest = math.sqrt(nx * nx + ny * ny)

@@ -25,7 +25,8 @@ def begin_things(things: Things, states: Sequence[BodyState], seed: int, tick: i
         return False
     choose_velocities(things, states, seed, tick)
     look_round(things, states[0])
-    return things.marks[NEAR_FIXED] + things.marks[NEAR_MOVERS] > 0
+    met: bool = things.marks[NEAR_FIXED] + things.marks[NEAR_MOVERS] > 0
+    return met
 
 
 @borrowing
