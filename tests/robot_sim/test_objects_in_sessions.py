@@ -22,7 +22,7 @@ from touchline.services.robot_sim.initial_state import InitialState
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 from touchline.services.robot_sim.world.objects import things as t
 
-STRAIGHT = along_x(0, 6, speed_mps=0.8)
+STRAIGHT = along_x(0, 6, sprayed=[0], speed_mps=0.8)
 LIDAR = {"kind": "lidar", "name": "front", "beams": 180, "step_rad": math.pi / 90, "x_m": 0.3}
 RANGER = {"kind": "ranger", "name": "left", "x_m": 0.75, "y_m": 0.2}
 WALKERS = (

@@ -48,7 +48,7 @@ class Beams(NamedTuple):
     most_m: float
 
 
-class Reference(NamedTuple):
+class ScanOrigin(NamedTuple):
     """Origin that bearings are computed from.
 
     Attributes:
@@ -144,7 +144,7 @@ def _between(beams: Beams, low_rad: float, high_rad: float, turn: int) -> tuple[
 @borrowing
 def meet_disc(
     beams: Beams,
-    reference: Reference,
+    reference: ScanOrigin,
     disc: tuple[float, float, float],
     velocity: tuple[float, float],
     height_m: float,
@@ -181,7 +181,7 @@ def meet_disc(
 
 
 @borrowing
-def _meet_edge(beams: Beams, reference: Reference, solid: Floats) -> None:
+def _meet_edge(beams: Beams, reference: ScanOrigin, solid: Floats) -> None:
     """Enter an edge of an outline."""
     ax, ay = solid[X1] - reference.east_m, solid[Y1] - reference.north_m
     bx, by = solid[X2] - reference.east_m, solid[Y2] - reference.north_m
@@ -216,7 +216,7 @@ def _meet_edge(beams: Beams, reference: Reference, solid: Floats) -> None:
 
 
 @borrowing
-def _meet_cell(beams: Beams, reference: Reference, grid: SolidGrid, cell: int, scan: int) -> None:
+def _meet_cell(beams: Beams, reference: ScanOrigin, grid: SolidGrid, cell: int, scan: int) -> None:
     """Enter the solids of a cell that were not looked at in this scan."""
     for place in range(grid.first[cell], grid.first[cell + 1]):
         index = grid.items[place]
@@ -240,7 +240,7 @@ def _any_beyond(beams: Beams, distance: float) -> bool:
 
 
 @borrowing
-def meet_solids(beams: Beams, reference: Reference, grid: SolidGrid) -> None:
+def meet_solids(beams: Beams, reference: ScanOrigin, grid: SolidGrid) -> None:
     """Enter all solids within range, from near to far: ring by ring of cells until every beam has met something nearer.
 
     Args:

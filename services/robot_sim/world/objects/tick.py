@@ -1,4 +1,4 @@
-"""What things around the robot do at the start and the end of a tick."""
+"""Start and end of a tick for the things around the robot."""
 
 from __future__ import annotations
 
