@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 from zlib import crc32
 
+import numpy as np
+
 from touchline.core.random import STREAM_AUXILIARY, normal, uniform
 from touchline.onboard.interface import TICKS_PER_S, AuxiliarySample
 from touchline.schemas.errors import SpecError
@@ -154,7 +156,9 @@ class AuxiliaryTruth:
     def _send(self, mounted: _Mounted, values: tuple[float, ...], moment: Moment) -> None:
         """Put a measurement under way; faults may delay, repeat or lose it."""
         assert self._delays is not None
-        sample = AuxiliarySample(mounted.sensor.spec.name, moment.tick / TICKS_PER_S, tuple(map(float, values)))
+        sample = AuxiliarySample(
+            mounted.sensor.spec.name, moment.tick / TICKS_PER_S, tuple(np.asarray(values, np.float64).tolist())
+        )
         for delay in self._delays(moment, mounted.number):
             if delay >= 0:
                 self._under_way.append(UnderWay(moment.tick + mounted.latency_ticks + delay, sample))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from touchline.core.jit import borrowing
 from touchline.core.random import STREAM_AUXILIARY, normal, uniform
 from touchline.onboard.interface import TICK_S
-from touchline.services.robot_sim.sensors.rays import Beams, Reference, meet_disc, meet_solids
+from touchline.services.robot_sim.sensors.rays import Beams, ScanOrigin, meet_disc, meet_solids
 from touchline.services.robot_sim.world.objects.things import (
     EAST,
     EAST_MPS,
@@ -108,7 +108,7 @@ class ScanArrays(NamedTuple):
 
 
 @borrowing
-def _aim(lidar: LidarFigures, scan: ScanArrays, trail: Floats, tick: int) -> Reference:
+def _aim(lidar: LidarFigures, scan: ScanArrays, trail: Floats, tick: int) -> ScanOrigin:
     """Fill in the beams' rays along the robot's true motion; return the reference at the last of them."""
     end = trail[tick % POSES]
     cos, sin = math.cos(end[2]), math.sin(end[2])
@@ -144,7 +144,7 @@ def _aim(lidar: LidarFigures, scan: ScanArrays, trail: Floats, tick: int) -> Ref
         x, y, ray = scan.directions[beam, 0], scan.directions[beam, 1], scan.rays[beam]
         ray[0], ray[1] = from_east + east_mps * since, from_north + north_mps * since
         ray[2], ray[3] = beam_cos * x - beam_sin * y, beam_sin * x + beam_cos * y
-    return Reference(east, north, moved, turned)
+    return ScanOrigin(east, north, moved, turned)
 
 
 @borrowing
@@ -183,14 +183,15 @@ def see(lidar: LidarFigures, scan: ScanArrays, things: Things, tick: int) -> Non
 @borrowing
 def _between_edges(lidar: LidarFigures, ranges: Floats, beam: int, share: float) -> float:
     """Return the range of a beam that may see both sides of an edge, by a random number in [0, 1)."""
-    near = abs(ranges[beam])
+    near: float = abs(ranges[beam])
     for side in range(2):
         other = beam + 2 * side - 1
         if 0 <= other < len(ranges):
             far = abs(ranges[other])
             chance = share - side * lidar.mixed
             if math.isfinite(far) and abs(far - near) > _EDGE_M and 0.0 <= chance < lidar.mixed:
-                return near + (far - near) * chance / lidar.mixed
+                mixed: float = near + (far - near) * chance / lidar.mixed
+                return mixed
     return near
 
 

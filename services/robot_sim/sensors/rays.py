@@ -48,7 +48,7 @@ class Beams(NamedTuple):
     most_m: float
 
 
-class Reference(NamedTuple):
+class ScanOrigin(NamedTuple):
     """Origin that bearings are computed from.
 
     Attributes:
@@ -83,18 +83,18 @@ def _bearing(x: float, y: float) -> float:
 
 @kernel
 def range_to_edge(ray: Floats, x1: float, y1: float, x2: float, y2: float) -> float:
-    """Compute the distance along a ray to an edge; inf if it misses it.
+    """Compute the distance along a ray to an edge of an outline, from outside; inf if it misses it.
 
     Args:
         ray: (4,) origin and unit vector.
-        x1: First end [m], with `y1`.
+        x1: First end [m], counter-clockwise along the outline, with `y1`.
         y1: See `x1`.
         x2: Other end [m], with `y2`.
         y2: See `x2`.
     """
     ex, ey, wx, wy = x2 - x1, y2 - y1, x1 - ray[0], y1 - ray[1]
     across = ray[2] * ey - ray[3] * ex
-    if across == 0.0:
+    if across >= 0.0:  # along it, or from within the outline
         return math.inf
     along = (wx * ray[3] - wy * ray[2]) / across
     distance = (wx * ey - wy * ex) / across
@@ -120,7 +120,8 @@ def range_to_disc(ray: Floats, x: float, y: float, radius: float) -> float:
     half = math.sqrt(depth)
     if ahead + half < 0.0:
         return math.inf
-    return max(ahead - half, 0.0)
+    distance: float = max(ahead - half, 0.0)
+    return distance
 
 
 @borrowing
@@ -143,7 +144,7 @@ def _between(beams: Beams, low_rad: float, high_rad: float, turn: int) -> tuple[
 @borrowing
 def meet_disc(
     beams: Beams,
-    reference: Reference,
+    reference: ScanOrigin,
     disc: tuple[float, float, float],
     velocity: tuple[float, float],
     height_m: float,
@@ -180,12 +181,14 @@ def meet_disc(
 
 
 @borrowing
-def _meet_edge(beams: Beams, reference: Reference, solid: Floats) -> None:
+def _meet_edge(beams: Beams, reference: ScanOrigin, solid: Floats) -> None:
     """Enter an edge of an outline."""
     ax, ay = solid[X1] - reference.east_m, solid[Y1] - reference.north_m
     bx, by = solid[X2] - reference.east_m, solid[Y2] - reference.north_m
     ex, ey = bx - ax, by - ay
-    square = ex * ex + ey * ey
+    square, outside = ex * ex + ey * ey, ex * ay - ey * ax
+    if outside < 0.0 and outside * outside > reference.moved_m * reference.moved_m * square:
+        return  # every beam begins on its inner side
     share = min(max(-(ax * ex + ay * ey) / square, 0.0), 1.0) if square > 0.0 else 0.0
     nx, ny = ax + share * ex, ay + share * ey
     nearest = math.sqrt(nx * nx + ny * ny)
@@ -213,7 +216,7 @@ def _meet_edge(beams: Beams, reference: Reference, solid: Floats) -> None:
 
 
 @borrowing
-def _meet_cell(beams: Beams, reference: Reference, grid: SolidGrid, cell: int, scan: int) -> None:
+def _meet_cell(beams: Beams, reference: ScanOrigin, grid: SolidGrid, cell: int, scan: int) -> None:
     """Enter the solids of a cell that were not looked at in this scan."""
     for place in range(grid.first[cell], grid.first[cell + 1]):
         index = grid.items[place]
@@ -237,7 +240,7 @@ def _any_beyond(beams: Beams, distance: float) -> bool:
 
 
 @borrowing
-def meet_solids(beams: Beams, reference: Reference, grid: SolidGrid) -> None:
+def meet_solids(beams: Beams, reference: ScanOrigin, grid: SolidGrid) -> None:
     """Enter all solids within range, from near to far: ring by ring of cells until every beam has met something nearer.
 
     Args:

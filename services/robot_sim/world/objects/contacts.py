@@ -198,7 +198,9 @@ def _disc_point(
     distance, nx, ny, edge, share = _nearest(outline, 0, len(outline), x, y)
     px, py = x - distance * nx - things.centre_x_m, y - distance * ny
     place = (cos * px - sin * py, sin * px + cos * py, cos * nx - sin * ny, sin * nx + cos * ny)
-    return _enter(things.contacts, count, place, distance - disc[2], inverse, thing, _arc(outline, edge, share))
+    arc = _arc(outline, edge, share)
+    entered: int = _enter(things.contacts, count, place, distance - disc[2], inverse, thing, arc)
+    return entered
 
 
 @borrowing
@@ -249,9 +251,11 @@ def _apart(things: Things, point: Floats, motion: Floats, x: float, y: float) ->
     """Return the speed of a contact's thing less that of the robot along a direction [m/s]."""
     robot = (motion[0] - motion[2] * point[_P_Y]) * x + (motion[1] + motion[2] * point[_P_X]) * y
     mover = int(point[_P_THING]) - len(things.fixed)
-    if mover < 0:
-        return -robot
-    return things.movers[mover, EAST_MPS] * x + things.movers[mover, NORTH_MPS] * y - robot
+    thing = 0.0
+    if mover >= 0:
+        thing = things.movers[mover, EAST_MPS] * x + things.movers[mover, NORTH_MPS] * y
+    apart: float = thing - robot
+    return apart
 
 
 @borrowing
@@ -374,7 +378,7 @@ def press(things: Things, state: BodyState, body: BodyFigures, mass_kg: float, t
     first, last = marks[NEAR_FIXED], marks[NEAR_FIXED] + marks[NEAR_MOVERS]
     for place in range(first, last):
         hurry(things, things.near[place], STEP_S)
-    pressed = _touch(things, state, (mass_kg, mass_kg * body.gyration_m2), tick)
+    pressed: bool = _touch(things, state, (mass_kg, mass_kg * body.gyration_m2), tick)
     for place in range(first, last):
         move_on(things, things.near[place], STEP_S)
     return pressed

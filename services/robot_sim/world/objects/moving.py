@@ -100,7 +100,8 @@ def _choose_target(mover: Floats, figures: Floats, points: Floats, state: BodySt
             return True
         return not arrived
     mover[TARGET_EAST], mover[TARGET_NORTH] = state.east_m, state.north_m
-    return motion == INTERCEPT and 0.0 < away <= figures[M_NEAR]
+    walks: bool = motion == INTERCEPT and 0.0 < away <= figures[M_NEAR]
+    return walks
 
 
 @borrowing

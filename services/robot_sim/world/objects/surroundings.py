@@ -164,7 +164,8 @@ class _Fixed(NamedTuple):
         if self.disc is not None:
             x, y, radius = self.disc
             return [(x, y, x, y, radius, *figures)]
-        return [(*a, *b, 0.0, *figures) for a, b in pairwise((*self.corners, self.corners[0]))]
+        corners = _ccw(self.corners)
+        return [(*a, *b, 0.0, *figures) for a, b in pairwise((*corners, corners[0]))]
 
     def bounds(self) -> tuple[float, ...]:
         """Return its row of `Things.fixed`."""

@@ -1,4 +1,4 @@
-"""What things around the robot do at the start and the end of a tick."""
+"""Start and end of a tick for the things around the robot."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ def begin_things(things: Things, states: Sequence[BodyState], seed: int, tick: i
         return False
     choose_velocities(things, states, seed, tick)
     look_round(things, states[0])
-    return things.marks[NEAR_FIXED] + things.marks[NEAR_MOVERS] > 0
+    met: bool = things.marks[NEAR_FIXED] + things.marks[NEAR_MOVERS] > 0
+    return met
 
 
 @borrowing

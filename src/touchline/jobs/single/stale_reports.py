@@ -5,7 +5,7 @@ Messages that are kept for late joiners, and those in transit, arrive after the 
 
 import math
 
-from touchline.schemas.messages import AreaReport, TraversalReport, TraversalStatus
+from touchline.schemas.messages import AreaReport, ContactReport, TraversalReport, TraversalStatus
 
 
 class JobMessageFilter:
@@ -34,6 +34,6 @@ class JobMessageFilter:
             self.since_s = status.header.stamp.seconds
         return self.begun
 
-    def report(self, report: TraversalReport | AreaReport) -> bool:
+    def report(self, report: TraversalReport | AreaReport | ContactReport) -> bool:
         """Return whether a report belongs to the job."""
         return report.header.stamp.seconds > self.since_s
