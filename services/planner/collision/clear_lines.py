@@ -140,8 +140,8 @@ def reachable_lines(
     for number, either in enumerate(modes(lines, vehicle, limits.curvature_max_1pm)):
         choice = either if turned else either[:1]
         if all(checker.collision(stroke.path) for stroke in choice):
-            spans = [span for stroke in choice for span in _passable(stroke, checker, limits)]
-            shares = _joined(spans, PART_MIN_M / lengths[number])
+            passable = [span for stroke in choice for span in _passable(stroke, checker, limits)]
+            shares = _joined(passable, PART_MIN_M / lengths[number])
             overlap_m = [OVERLAP_M if k and a == shares[k - 1][1] else 0.0 for k, (a, _) in enumerate(shares)]
             parts = (
                 (a * lengths[number] - over, b * lengths[number])
