@@ -9,7 +9,7 @@ from touchline.schemas.template import TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.collision.checker import CollisionChecker
-from touchline.services.planner.collision.clear_lines import ReachableLines, reachable_lines
+from touchline.services.planner.collision.clear_lines import ReachableLines, reachable_lines, with_room
 from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name
 from touchline.services.planner.coverage.area_swaths import painted_segments
 from touchline.services.planner.coverage.guarded_coverage import guarded_area_method
@@ -123,11 +123,15 @@ def _along(
     wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
     painting = Painting.of(vehicle, task.limits, options)
 
-    choices = modes(segments, vehicle, task.limits.curvature_max_1pm, free=ordering(options))
+    checker = CollisionChecker.of(template, vehicle)
+    choices = [
+        with_room(choice, checker, task.limits)
+        for choice in modes(segments, vehicle, task.limits.curvature_max_1pm, free=ordering(options))
+    ]
     driver = ItineraryBuilder(
         transitions,
         painting,
-        CollisionChecker.of(template, vehicle),
+        checker,
         wheels,
         max(crossing_cost_s(options), task.company.crossing_s),
         start,

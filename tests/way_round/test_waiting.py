@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from touchline.jobs.way_round.waiting import PATIENT, Answer, Waiting
+from touchline.jobs.way_round.waiting import PATIENT, Waiting, WaitingOrder
 
 
 class Report(NamedTuple):
@@ -13,7 +13,7 @@ class Report(NamedTuple):
 def first_tick(waiting: Waiting, moving_until: int = 0, *, attended: bool = False, most: int = 3000) -> int | None:
     """Tick at which it goes round what stands there from tick 100 on."""
     looks = ((k, waiting.look(k, Report(100, k < moving_until), attended=attended)) for k in range(100, most, 10))
-    return next((tick for tick, answer in looks if answer is Answer.GO_ROUND), None)
+    return next((tick for tick, answer in looks if answer is WaitingOrder.GO_ROUND), None)
 
 
 def test_it_waits_for_the_stated_times() -> None:
@@ -25,10 +25,10 @@ def test_it_waits_for_the_stated_times() -> None:
 def test_an_answer_counts_at_once_and_until_the_way_is_free() -> None:
     waiting = Waiting(PATIENT)
     waiting.look(100, Report(100, moving=False), attended=True)
-    waiting.answer = Answer.LEAVE_OUT
-    assert waiting.look(110, Report(100, moving=False), attended=True) is Answer.LEAVE_OUT
-    waiting.answer = Answer.WAIT
+    waiting.answer = WaitingOrder.LEAVE_OUT
+    assert waiting.look(110, Report(100, moving=False), attended=True) is WaitingOrder.LEAVE_OUT
+    waiting.answer = WaitingOrder.WAIT
     assert first_tick(waiting, attended=True) is None
     assert waiting.look(3000, None, attended=True) is None
     assert waiting.look(3010, Report(3010, moving=False), attended=False) is None
-    assert waiting.look(3210, Report(3010, moving=False), attended=False) is Answer.GO_ROUND
+    assert waiting.look(3210, Report(3010, moving=False), attended=False) is WaitingOrder.GO_ROUND

@@ -8,7 +8,7 @@ import numpy as np
 
 from touchline.schemas.curves import Curve, wrap_angle
 from touchline.schemas.messages import LeftOutStretch
-from touchline.schemas.swath_ids import line_part_id
+from touchline.schemas.swath_ids import line_id_of, line_part_id
 from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.checker import MARGIN_M, CollisionChecker, first_touch
@@ -140,30 +140,26 @@ def reachable_lines(
     for number, either in enumerate(modes(lines, vehicle, limits.curvature_max_1pm)):
         choice = either if turned else either[:1]
         if all(checker.collision(stroke.path) for stroke in choice):
-            shares = _joined([span for stroke in choice for span in _passable(stroke, checker, limits)])
+            passable = [span for stroke in choice for span in _passable(stroke, checker, limits)]
+            shares = _joined(passable, PART_MIN_M / lengths[number])
             overlap_m = [OVERLAP_M if k and a == shares[k - 1][1] else 0.0 for k, (a, _) in enumerate(shares)]
             parts = (
                 (a * lengths[number] - over, b * lengths[number])
                 for (a, b), over in zip(shares, overlap_m, strict=True)
             )
-            found[number] = tuple((a, b) for a, b in parts if b - a >= PART_MIN_M)
+            found[number] = tuple(parts)
             strokes[number] = choice[0]
     return ReachableLines(lines, tuple(found), tuple(strokes), checker)
 
 
-def _joined(spans: Sequence[Span]) -> list[Span]:
-    """Fewest of the spans that together make up all of them; those that overlap meet in the middle of the overlap."""
-    found, rest = list[Span](), sorted(spans)
-    while rest:
-        reached = found[-1][1] if found else rest[0][0]
-        reached = max(reached, rest[0][0])
-        from_m, to_m = max((span for span in rest if span[0] <= reached), key=lambda span: span[1])
-        if found and from_m < found[-1][1]:
-            from_m = 0.5 * (max(from_m, found[-1][0]) + found[-1][1])
-            found[-1] = found[-1][0], from_m
-        found.append((from_m, to_m))
-        rest = [span for span in rest if span[1] > to_m]
-    return found
+def _joined(spans: Sequence[Span], least: float) -> list[Span]:
+    """Longest spans, and what others reach beyond them, if that is at least `least`."""
+    found = list[Span]()
+    for span in sorted(spans, key=lambda span: span[0] - span[1]):
+        borders = [span[0], *(border for each in sorted(found) for border in each), span[1]]
+        beyond = [(max(a, span[0]), min(b, span[1])) for a, b in zip(borders[::2], borders[1::2], strict=True)]
+        found += [(a, b) for a, b in beyond if b - a >= least]
+    return sorted(found)
 
 
 def clear_lines(template: Template, vehicle: Vehicle, limits: Limits) -> tuple[TemplateSegment, ...]:
@@ -178,14 +174,34 @@ def _passable(stroke: Stroke, checker: CollisionChecker, limits: Limits) -> list
     there the robot can always back out the way it came.
     """
     found, length_m = list[Span](), stroke.robot.length_m
-    speed_mps = limits.steady_speed_mps(stroke.robot.curvature_1pm)
-    room_m = limits.stopping_distance_m(speed_mps) / BRAKING_SHARE + STEP_M
+    room_m = _braking_m(stroke, limits) + STEP_M
     for from_m, to_m in _clear(stroke, checker, room_m):
         first_m = 0.0 if from_m <= 0.0 else from_m + room_m
         last_m = length_m if to_m >= length_m else to_m - room_m
         if last_m > first_m:
             found.append((first_m / length_m, last_m / length_m))
     return [(1.0 - b, 1.0 - a) for a, b in reversed(found)] if stroke.flipped else found
+
+
+def _braking_m(stroke: Stroke, limits: Limits) -> float:
+    """Length of the stroke's extension on which the robot brakes."""
+    return limits.stopping_distance_m(limits.steady_speed_mps(stroke.robot.curvature_1pm)) / BRAKING_SHARE
+
+
+def with_room(choice: list[Stroke], checker: CollisionChecker | None, limits: Limits) -> list[Stroke]:
+    """Modes of a part of a line with room to brake straight on at both ends; all of them if none has.
+
+    The others would only be tried and found to lead nowhere.
+    """
+    if checker is None or not line_id_of(choice[0].id):
+        return choice
+    found = list[Stroke]()
+    for stroke in choice:
+        room_m = _braking_m(stroke, limits)
+        span = next(_clear(stroke, checker, room_m), (0.0, 0.0))
+        if span[0] <= -room_m and span[1] >= stroke.robot.length_m + room_m:
+            found.append(stroke)
+    return found or choice
 
 
 def _clear(stroke: Stroke, checker: CollisionChecker, room_m: float) -> Iterator[Span]:

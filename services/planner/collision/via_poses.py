@@ -39,7 +39,7 @@ def detours(
     checker: CollisionChecker,
     closed: set[tuple[str, CurveEnd]],
 ) -> Iterator[Transition]:
-    """Collision-free transitions with backing, the least first; then over a via pose, the quickest first by rough times.
+    """Collision-free transitions with backing, then over a via pose, the quickest first by the method's rough times.
 
     If there is none, the cause is mostly the same for every partner of an end: no room to stop or to start there.
 

@@ -225,7 +225,7 @@ class ItineraryBuilder:
             return
         out = self.transitions.widest(end).method.lead_out(end.curvature_1pm)
         back = from_goal(Lead(out, 0.0)).pieces
-        for pieces in self._runs(back, length, length, end):
+        for pieces in self._runs(back, length, self.transitions.room_m((speed,)), end):
             turned = from_goal(Lead(pieces, 0.0)).pieces
             yield Transition(self.transitions.seconds(turned, speed, 0.0), PiecePath(end.pose, turned))
 

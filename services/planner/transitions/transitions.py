@@ -228,7 +228,7 @@ class TransitionFamily:
         rest = length_m - (2.0 * fast**2 - speed_mps**2) / (2.0 * gain)
         return (2.0 * fast - speed_mps) / gain + max(rest, 0.0) / fast
 
-    def room_m(self, speeds: tuple[float, float]) -> float:
+    def room_m(self, speeds: Sequence[float]) -> float:
         """Distance (m) to brake before the first standstill, and to accelerate after the last."""
         return max(self.limits.stopping_distance_m(speed) for speed in speeds) / BRAKING_SHARE
 

@@ -264,6 +264,12 @@ def carry_out(
                     publish()
             publish()
 
+        def look() -> None:
+            if rerouting is not None and emulator.onboard.state in UNDER_WAY and (why := rerouting.gives_up()):
+                emulator.abort(why)
+                if listened:
+                    listener.hear("", telemetry.news())
+
         listener.hear("", before)
         while True:
             if listened:
@@ -272,7 +278,7 @@ def carry_out(
             emulator.start()
             if listened:
                 listener.hear("", telemetry.news())
-            reason = _drive(emulator, run_slice, progress, slice_ticks, rerouting)
+            reason = _drive(emulator, run_slice, progress, slice_ticks, look)
             strokes = telemetry.strokes() if products.strokes else ()
             done.append(Outcome(*(telemetry.final or telemetry.reports()), reason, 0.0, None, strokes))
             following = rerouting.next_drive() if rerouting is not None else None
@@ -293,9 +299,17 @@ def _drive(
     run_slice: Callable[[], None],
     progress: Progress,
     slice_ticks: int,
-    rerouting: Rerouting | None,
+    look: Callable[[], None],
 ) -> str:
-    """Run to the end and return the reason; abort a robot that waits for a person, or does not move on for minutes."""
+    """Run to the end and return the reason; abort a robot that waits for a person, or does not move on for minutes.
+
+    Args:
+        emulator: The robot.
+        run_slice: Runs the next ticks.
+        progress: As for `simulate`.
+        slice_ticks: Number of these ticks.
+        look: Called between them; it may end the drive.
+    """
     patience_slices = _PATIENCE_TICKS // slice_ticks
     reached, patience = -1.0, patience_slices
     while emulator.active:
@@ -313,6 +327,6 @@ def _drive(
                 break  # it ended, and rolls on
             why = status.reason or "it did not move on"
             emulator.abort(f"aborted by the simulation after {_PATIENCE_TICKS // 100} s without progress: {why}")
-        elif rerouting is not None and emulator.onboard.state in UNDER_WAY and (why := rerouting.gives_up()):
-            emulator.abort(why)
+        else:
+            look()
     return emulator.onboard.status.reason

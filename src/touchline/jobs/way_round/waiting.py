@@ -34,7 +34,7 @@ class Patience(NamedTuple):
 PATIENT: Final = Patience()
 
 
-class Answer(Enum):
+class WaitingOrder(Enum):
     """Order of an operator to a robot that waits before something."""
 
     WAIT = auto()
@@ -56,9 +56,9 @@ class Waiting:
         self._patience = patience
         self._begun: int | None = None
         self._moved = 0
-        self.answer: Answer | None = None
+        self.answer: WaitingOrder | None = None
 
-    def look(self, tick: int, blocked: Blocked | None, *, attended: bool) -> Answer | None:
+    def look(self, tick: int, blocked: Blocked | None, *, attended: bool) -> WaitingOrder | None:
         """Return what to do now: go round, or leave out; None: drive, or wait.
 
         Args:
@@ -74,9 +74,9 @@ class Waiting:
         if blocked.moving:
             self._moved = tick
         if self.answer is not None:
-            return None if self.answer is Answer.WAIT else self.answer
+            return None if self.answer is WaitingOrder.WAIT else self.answer
         moved = self._moved >= 0
         since, wait_s = (self._moved, self._patience.moving_s) if moved else (self._begun, self._patience.standing_s)
         answered_s = self._patience.answer_s if attended else 0.0
         over = tick >= max(since + wait_s * TICKS_PER_S, self._begun + answered_s * TICKS_PER_S)
-        return Answer.GO_ROUND if over else None
+        return WaitingOrder.GO_ROUND if over else None

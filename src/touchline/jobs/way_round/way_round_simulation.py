@@ -10,7 +10,7 @@ from touchline.jobs.single.reports import failing, hash_figures, plan_figures
 from touchline.jobs.single.simulation import GivenDrive, Job, Outcome, Products, Progress, carry_out
 from touchline.jobs.way_round.round_plan import plan_round
 from touchline.jobs.way_round.unpainted_lines import OPERATOR, Gap, UnpaintedLines
-from touchline.jobs.way_round.waiting import PATIENT, Answer, Blocked, Patience, Waiting
+from touchline.jobs.way_round.waiting import PATIENT, Blocked, Patience, Waiting, WaitingOrder
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.schemas.digest import scenario_hash
 from touchline.schemas.errors import PlanningError
@@ -35,11 +35,11 @@ class Sight(Protocol):
         """Return outlines of what it believes to stand or move on the field and its plan does not know."""
 
 
-class TimedAnswer(NamedTuple):
+class TimedWaitingOrder(NamedTuple):
     """Order of an operator at a time, s, as `Waiting` understands it."""
 
     at_s: float
-    answer: Answer
+    answer: WaitingOrder
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def simulate_way_round(
     job: Job,
     sight: Sight,
     products: Products,
-    answers: Sequence[TimedAnswer] = (),
+    answers: Sequence[TimedWaitingOrder] = (),
     patience: Patience = PATIENT,
     progress: Progress = lambda done, doing: None,
 ) -> WayRoundOutcome:
@@ -132,7 +132,7 @@ class _WayRound:
     """
 
     def __init__(
-        self, emulator: Emulator, job: Job, sight: Sight, waiting: Waiting, answers: list[TimedAnswer]
+        self, emulator: Emulator, job: Job, sight: Sight, waiting: Waiting, answers: list[TimedWaitingOrder]
     ) -> None:
         self._emulator, self._options, self._sight, self._waiting = emulator, job.options, sight, waiting
         self._answers, self._attended = sorted(answers), bool(answers)
@@ -163,7 +163,7 @@ class _WayRound:
                 return f"what was left out cannot be reached: {error}"
             self._search_tick = tick + round(AGAIN_S * TICKS_PER_S)
             return ""
-        if answer is Answer.LEAVE_OUT:
+        if answer is WaitingOrder.LEAVE_OUT:
             self.unpainted.leave_out({each.id for each in seen}, OPERATOR)
         return f"goes round {', '.join(each.id for each in seen)}" if gaps else "nothing remains to be painted"
 
