@@ -35,9 +35,7 @@ def scenario_hash(setup: Setup, template: Template, options: PlanOptions) -> str
     return _of_causes(setup, causes)
 
 
-def goal_scenario_hash(
-    setup: Setup, goal: PoseGoal, options: PlanOptions, ground: KnownGround = OPEN_GROUND
-) -> str:
+def goal_scenario_hash(setup: Setup, goal: PoseGoal, options: PlanOptions, ground: KnownGround = OPEN_GROUND) -> str:
     """As `scenario_hash`, of a drive to a goal."""
     plan = options.model_dump(mode="json", exclude={"obstructed"})
     known = {"ground": ground.model_dump(mode="json")} if ground != OPEN_GROUND else {}

@@ -13,7 +13,7 @@ from touchline.schemas.spec import GrownSpec
 
 
 class PlanCause(GrownSpec):
-    """The options of a plan, goal and known ground of one that leads to a pose, and the lines left out in part or whole."""
+    """Options of a plan, goal and known ground of one that leads to a pose, and the lines left out in part or whole."""
 
     options: PlanOptions = PlanOptions()
     goal: PoseGoal | None = None

@@ -54,7 +54,9 @@ def _template(request: PlanRequest, vehicle: Vehicle, progress: Callable[[str, f
     if request.leaving:
         raise PlanningError("", "has a drive to leave, but no goal", "give a goal, or no leaving")
     if request.ground_json:
-        raise PlanningError("", "has a known ground, but no goal", "give a goal, or boundary and obstacles in the template")
+        raise PlanningError(
+            "", "has a known ground, but no goal", "give a goal, or boundary and obstacles in the template"
+        )
     template = parse_template(request.template_json)
     planned = plan(template, vehicle, request.options, progress)
     report = planned.report

@@ -94,7 +94,8 @@ def goto(
         seed: Seed of all noise; None: the scenario's.
         record: MCAP file to write.
         progress: Called with the fraction done and the present step.
-        **options: method, law, duration_s, tangents_m, forward_only, field, margin_m and follower, as of `touchline goto`.
+        **options: method, law, duration_s, tangents_m, forward_only, field, margin_m and follower, as of
+            `touchline goto`.
 
     Raises:
         SpecError: An argument cannot be used.

@@ -152,9 +152,7 @@ def goto(
         sys.exit(ExitCode.FAILED)
 
 
-def emulated(
-    setup: Setup, goal: GoalChoice, hashed: bool, record: Path | None, plot: Path | None
-) -> dict[str, Any]:
+def emulated(setup: Setup, goal: GoalChoice, hashed: bool, record: Path | None, plot: Path | None) -> dict[str, Any]:
     """Drive a robot of this setup to the goal in this process; return its figures."""
     from touchline.jobs.goal.goal_simulation import drive_to_goal
     from touchline.jobs.single.simulation import Products

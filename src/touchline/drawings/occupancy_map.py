@@ -83,7 +83,9 @@ def load_map(path: Path) -> KnownGround:
     try:
         return KnownGround(boundary=boundary, obstacles=tuple(found))
     except ValidationError as error:
-        raise SpecError(str(image), "", f"is too intricate: {error.errors()[0]['msg']}", "give a coarser map") from error
+        raise SpecError(
+            str(image), "", f"is too intricate: {error.errors()[0]['msg']}", "give a coarser map"
+        ) from error
 
 
 def _described(path: Path) -> MapFile:
@@ -154,7 +156,7 @@ def _header(data: bytes) -> tuple[list[bytes], int]:
     return words, at
 
 
-def _outlines(taken: Cells) -> shapely.Polygon | shapely.MultiPolygon:
+def _outlines(taken: Cells) -> Any:
     """Outlines of cells, in cells from the lower left corner; the first row is the lowest."""
     padded = np.zeros((taken.shape[0], taken.shape[1] + 2), np.int8)
     padded[:, 1:-1] = taken

@@ -63,7 +63,9 @@ class GoalOnBus:
         messages = self.bus.inbox([topics.EVENTS, topics.REPORT])
         latest = self.bus.inbox([topics.STATUS, topics.PAUSE_STATUS, topics.ODOMETRY, topics.TRUTH], keep="latest")
         self.watcher.stage("Planning")
-        request = GotoRequest(request_id=uuid.uuid4().hex, goal=self.goal, options=self.options, ground_json=self.ground_json)
+        request = GotoRequest(
+            request_id=uuid.uuid4().hex, goal=self.goal, options=self.options, ground_json=self.ground_json
+        )
         answer = self.bus.call(topics.GOTO, request, _ANSWER_S, self.watcher.check)
         if not answer.success:
             raise JobFailed(f"the robot refused the goal: {answer.message}")
