@@ -9,6 +9,7 @@ import struct
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
+from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
@@ -34,10 +35,11 @@ def scenario_hash(setup: Setup, template: Template, options: PlanOptions) -> str
     return _of_causes(setup, causes)
 
 
-def goal_scenario_hash(setup: Setup, goal: PoseGoal, options: PlanOptions) -> str:
+def goal_scenario_hash(setup: Setup, goal: PoseGoal, options: PlanOptions, ground: KnownGround = OPEN_GROUND) -> str:
     """As `scenario_hash`, of a drive to a goal."""
     plan = options.model_dump(mode="json", exclude={"obstructed"})
-    return _of_causes(setup, {"goal": goal.model_dump(mode="json"), "plan": plan})
+    known = {"ground": ground.model_dump(mode="json")} if ground != OPEN_GROUND else {}
+    return _of_causes(setup, {"goal": goal.model_dump(mode="json"), "plan": plan, **known})
 
 
 def _of_causes(setup: Setup, job: dict[str, Any]) -> str:

@@ -48,7 +48,9 @@ class PathStart:
         """True if the path begins on a path that is being driven, else at rest."""
         return self.state == TraversalStatus.RUNNING
 
-    def request(self, goal: PoseGoal, options: PlanOptions, vehicle_json: str, request_id: str) -> PlanRequest:
+    def request(
+        self, goal: PoseGoal, options: PlanOptions, vehicle_json: str, request_id: str, ground_json: str = ""
+    ) -> PlanRequest:
         """Make the request for the path to a goal: from where the robot stands, or leaving the path that it drives.
 
         Args:
@@ -56,6 +58,7 @@ class PathStart:
             options: Limits; without a start.
             vehicle_json: The robot's vehicle as text; "" is the planner's own.
             request_id: Id of the request.
+            ground_json: Known ground as text; "": nothing is known.
         """
         leaving: tuple[LeavingTrajectory, ...] = ()
         if self.under_way:
@@ -64,5 +67,10 @@ class PathStart:
         else:
             options = PlanOptions.model_validate({**dict(options), "start": np.array(self.pose)})
         return PlanRequest(
-            request_id=request_id, vehicle_json=vehicle_json, options=options, goal=(goal,), leaving=leaving
+            request_id=request_id,
+            vehicle_json=vehicle_json,
+            options=options,
+            goal=(goal,),
+            leaving=leaving,
+            ground_json=ground_json,
         )

@@ -7,16 +7,20 @@ from typing import Any, Self
 
 from pydantic import field_validator
 
+from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
 from touchline.schemas.messages import PlanOptions, PlanReport, PoseGoal
-from touchline.schemas.spec import Spec
+from touchline.schemas.spec import GrownSpec
 
 
-class PlanCause(Spec):
-    """The options of a plan, the goal of one that leads to a pose, and the lines left out in part or whole."""
+class PlanCause(GrownSpec):
+    """Options of a plan, goal and known ground of one that leads to a pose, and the lines left out in part or whole."""
 
     options: PlanOptions = PlanOptions()
     goal: PoseGoal | None = None
     left_out: tuple[str, ...] = ()
+    ground: KnownGround = OPEN_GROUND
+
+    later_fields = ("ground",)
 
     @classmethod
     def of(cls, options: PlanOptions, report: PlanReport) -> Self:

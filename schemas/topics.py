@@ -270,7 +270,7 @@ START_TRAVERSAL = Service(
     MOST_PLAN_BYTES,
 )
 LOAD = Service("traversal/load", m.LoadRequest, m.LoadResponse, ROBOT_SIM, MOST_PLAN_BYTES)
-GOTO = Service("traversal/goto", m.GotoRequest, m.GotoResponse, ROBOT_SIM)
+GOTO = Service("traversal/goto", m.GotoRequest, m.GotoResponse, ROBOT_SIM, MOST_PLAN_BYTES)
 BEGIN_GUIDED = Service(
     "traversal/begin_guided", m.BeginGuidedRequest, m.BeginGuidedResponse, ROBOT_SIM, callers=_ORDERING | _TEAM
 )

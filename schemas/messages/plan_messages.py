@@ -162,7 +162,8 @@ class PlanRequest(Message):
     """Plan a template for a vehicle, both given as their JSON text; no vehicle: the planner's own.
 
     With a ``goal`` there is no template: the vehicle drives there from the ``start`` of the options, or, with
-    ``leaving``, from amid another drive, whose next stretch the plan begins with.
+    ``leaving``, from amid another drive, whose next stretch the plan begins with. On the way the body keeps the
+    options' ``margin_m`` off what ``ground_json`` tells (``touchline.schemas.known_ground``; empty: nothing is known).
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Plan_Request"
@@ -172,6 +173,7 @@ class PlanRequest(Message):
     options: PlanOptions = PlanOptions()
     goal: Annotated[tuple[PoseGoal, ...], Field(max_length=1)] = ()
     leaving: Annotated[tuple[LeavingTrajectory, ...], Field(max_length=1)] = ()
+    ground_json: str = ""
 
 
 class PlanResponse(Message):

@@ -40,13 +40,14 @@ class LoadResponse(Message):
 class GotoRequest(Message):
     """Drive to a pose from where the robot is, at rest or amid a drive to another one: plan, load and start in one.
 
-    The options are those of a plan; their ``start`` is left empty.
+    The options are those of a plan; their ``start`` is left empty. ``ground_json`` is as in a plan's request.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Goto_Request"
     request_id: str = ""
     goal: PoseGoal = PoseGoal()
     options: PlanOptions = PlanOptions()
+    ground_json: str = ""
 
 
 class GotoResponse(Message):

@@ -96,9 +96,7 @@ def _from_drive(
     return min(offers, key=lambda each: each.speeds.total_time_s)
 
 
-def _moving(
-    start: CurveEnd, goal: PoseGoal, method: PoseMethod, traveller: Traveller
-) -> Iterator[DrivenPart]:
+def _moving(start: CurveEnd, goal: PoseGoal, method: PoseMethod, traveller: Traveller) -> Iterator[DrivenPart]:
     """Quickest drive to the goal that can be entered at the current speed, if there is one."""
     aimed = _goal(goal)
     offers = G2Path().moving(start, aimed, traveller)

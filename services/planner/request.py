@@ -7,6 +7,7 @@ from typing import Final
 from touchline.core.stopwatch import Stopwatch
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import PlanningError, TouchlineError
+from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
 from touchline.schemas.messages import PlanRequest, PlanResponse
 from touchline.schemas.plugin_packages import blamed
 from touchline.schemas.spec import parse
@@ -17,6 +18,8 @@ from touchline.services.planner.tour import ordering
 
 VEHICLES_KEPT: Final = 64
 """Size of the cache of vehicles, as a robot sends the same one with every request."""
+
+GROUNDS_KEPT: Final = 4
 
 
 def answer(
@@ -50,6 +53,10 @@ def _template(request: PlanRequest, vehicle: Vehicle, progress: Callable[[str, f
     """Plan the request's template; return the plan and its message."""
     if request.leaving:
         raise PlanningError("", "has a drive to leave, but no goal", "give a goal, or no leaving")
+    if request.ground_json:
+        raise PlanningError(
+            "", "has a known ground, but no goal", "give a goal, or boundary and obstacles in the template"
+        )
     template = parse_template(request.template_json)
     planned = plan(template, vehicle, request.options, progress)
     report = planned.report
@@ -67,9 +74,21 @@ def _to_goal(request: PlanRequest, vehicle: Vehicle) -> tuple[Plan, str]:
     (goal,) = request.goal
     if request.template_json:
         raise PlanningError("", "has a goal and a template", "give one of them")
-    planned = plan_to_goal(goal, vehicle, request.options, *request.leaving)
+    ground = ground_of(request.ground_json) if request.ground_json else OPEN_GROUND
+    leaving = next(iter(request.leaving), None)
+    planned = plan_to_goal(goal, vehicle, request.options, leaving, ground)
     length_m, takes_s = planned.report.total_length_m, planned.report.total_time_s
     return planned, "; ".join((f"to the goal: {length_m:.2f} m, {takes_s:.2f} s", *planned.notes))
+
+
+@lru_cache(GROUNDS_KEPT)
+def ground_of(text: str) -> KnownGround:
+    """Parse the known ground of a request.
+
+    Raises:
+        SpecError: It is none.
+    """
+    return parse(KnownGround, text, "the request's ground")
 
 
 @lru_cache(VEHICLES_KEPT)

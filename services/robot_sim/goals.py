@@ -17,9 +17,11 @@ from touchline.onboard.executive.handover import NotYet
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
-from touchline.schemas.errors import CommandRefused, PayloadError
+from touchline.schemas.errors import CommandRefused, PayloadError, SpecError
+from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
 from touchline.schemas.path_start import PathStart, hindrance
 from touchline.schemas.plan_cause import PlanCause
+from touchline.schemas.spec import parse
 from touchline.services.robot_sim.command_handlers import Commands, Load, Ready
 from touchline.services.robot_sim.emulator import Emulator
 
@@ -115,7 +117,7 @@ class Goals:
                 self._ask(asked, now_s)
             else:
                 self._look(asked, asked.question, now_s)
-        except (CommandRefused, PayloadError) as error:
+        except (CommandRefused, PayloadError, SpecError) as error:
             self._asked = None
             self._refuse(asked.call, str(error))
 
@@ -133,9 +135,11 @@ class Goals:
             raise CommandRefused("the goal has options.start, but the robot begins where it is: leave it empty")
         asked.under_way = start.under_way
         if asked.under_way or (emulator.onboard.aligned and not emulator.active):
-            plan = start.request(request.goal, request.options, self._vehicle_json, uuid.uuid4().hex)
+            ground_json = request.ground_json
+            plan = start.request(request.goal, request.options, self._vehicle_json, uuid.uuid4().hex, ground_json)
             if not asked.under_way:
-                asked.cause_json = PlanCause(options=plan.options, goal=request.goal).model_dump_json()
+                ground = parse(KnownGround, ground_json, "ground_json") if ground_json else OPEN_GROUND
+                asked.cause_json = PlanCause(options=plan.options, goal=request.goal, ground=ground).model_dump_json()
             asked.question = self._bus.ask(topics.PLAN_SERVICE, encode(plan), PLAN_TIMEOUT_S)
             return
         asked.reason = asked.reason or _LOST

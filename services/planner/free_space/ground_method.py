@@ -21,9 +21,7 @@ from touchline.services.planner.steering.turns import ContinuousTurn
 class GroundMethod:
     """Path of a pose method where that is free, else by straights and turns round what obstructs it."""
 
-    def __init__(
-        self, inner: PoseMethod, ground: KnownGround, outline: Sequence[Corner], margin_m: float
-    ) -> None:
+    def __init__(self, inner: PoseMethod, ground: KnownGround, outline: Sequence[Corner], margin_m: float) -> None:
         """Take a method and the ground.
 
         Args:

@@ -9,6 +9,7 @@ from typing import Final
 
 import shapely
 
+from touchline.core.robust_overlay import as_area
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.known_ground import KnownGround
 from touchline.services.planner.free_space.convex_parts import Corner, body_parts
@@ -129,15 +130,13 @@ def ways_over(known: KnownGround, outline: Sequence[Corner], margin_m: float, en
 
 @lru_cache(GROUNDS_KEPT)
 def _obstructed(known: KnownGround, around: tuple[Corner, ...]) -> ObstructedGround:
-    obstacles = [shapely.make_valid(shapely.Polygon(each.corners, each.holes)) for each in known.obstacles]
-    boundary = shapely.make_valid(shapely.Polygon(known.boundary)) if known.boundary else None
+    obstacles = [as_area(shapely.make_valid(shapely.Polygon(each.corners, each.holes))) for each in known.obstacles]
+    boundary = as_area(shapely.make_valid(shapely.Polygon(known.boundary))) if known.boundary else None
     return ObstructedGround.of(boundary, obstacles, around)
 
 
 @lru_cache(GROUNDS_KEPT)
-def _ways(
-    known: KnownGround, around: tuple[Corner, ...], outline: tuple[Corner, ...], margin_m: float
-) -> GroundWays:
+def _ways(known: KnownGround, around: tuple[Corner, ...], outline: tuple[Corner, ...], margin_m: float) -> GroundWays:
     return GroundWays(_obstructed(known, around), outline, margin_m)
 
 

@@ -32,8 +32,8 @@ class ObstructedGround:
     @classmethod
     def of(
         cls,
-        boundary: shapely.Polygon | None,
-        obstacles: Sequence[shapely.Polygon],
+        boundary: shapely.Polygon | shapely.MultiPolygon | None,
+        obstacles: Sequence[shapely.Polygon | shapely.MultiPolygon],
         around: Sequence[tuple[float, float]] = (),
     ) -> ObstructedGround:
         """Ground inside a boundary and off obstacles.

@@ -44,15 +44,15 @@ class Proof(Enum):
 
 
 class Node(NamedTuple):
-    """A polygon of a slice: its interval, whether it is one of the tight ones, and its index."""
+    """A polygon of a slice: its interval, whether it is one of the tight ones, and its number there."""
 
     interval: Interval
     tight: bool
-    index: int
+    number: int
 
     def loosely(self, sliced: HeadingSlice) -> Node:
         """Node of the loose polygon that it lies in, or is."""
-        return Node(self.interval, False, int(sliced.within[self.index])) if self.tight else self
+        return Node(self.interval, False, int(sliced.within[self.number])) if self.tight else self
 
 
 class Portal(NamedTuple):
@@ -129,7 +129,7 @@ class Reachability:
     def polygon(self, node: Node) -> shapely.Polygon:
         """Return the polygon of a node."""
         sliced = self.slice(node.interval)
-        found: shapely.Polygon = (sliced.tight if node.tight else sliced.loose)[node.index]
+        found: shapely.Polygon = (sliced.tight if node.tight else sliced.loose)[node.number]
         return found
 
     def joints(self, interval: Interval) -> Iterator[Joint]:
@@ -155,7 +155,9 @@ class Reachability:
     def _least_doubtful(self, start: PathPose, goal: PathPose) -> list[Interval] | None:
         """Slices of the doubtful steps of a way that has the fewest; None if there is no way."""
         goals, number = set(self.nodes_at(goal)), count()
-        queue = [(0.0, next(number), node, None) for node in self.nodes_at(start)]
+        queue: list[tuple[float, int, Node, Node | None]] = [
+            (0.0, next(number), node, None) for node in self.nodes_at(start)
+        ]
         before: dict[Node, Node | None] = {}
         while queue:
             cost, _, node, previous = heapq.heappop(queue)
@@ -177,9 +179,9 @@ class Reachability:
             for joint in self.joints(node.interval):
                 yield from (portal.other for portal in joint.portals if portal.node == node)
             return
-        yield from (Node(node.interval, True, int(index)) for index in np.flatnonzero(sliced.within == node.index))
+        yield from (Node(node.interval, True, int(index)) for index in np.flatnonzero(sliced.within == node.number))
         for (other, _), joint in zip(self._neighbours(node.interval), self.joints(node.interval), strict=True):
-            yield from (Node(other, False, second) for first, second in joint.loose if first == node.index)
+            yield from (Node(other, False, second) for first, second in joint.loose if first == node.number)
 
     def _cost(self, node: Node, following: Node) -> float:
         """Cost of a step: 0 if it is certain."""

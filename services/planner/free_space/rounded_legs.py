@@ -50,11 +50,11 @@ def rounded(legs: Legs, turns: Sequence[ContinuousTurn], body: WalledBody) -> Pi
                 spare[k - 1] -= tangent_m
                 spare[k] -= tangent_m
                 break
-    pieces = [Piece.spin(float(legs.turns_rad[0]))]
+    driven = [Piece.spin(float(legs.turns_rad[0]))]
     for k in range(1, len(places)):
-        pieces.append(Piece(max(float(spare[k - 1]), 0.0), direction=int(places[k, 2])))
-        pieces += corners[k] or (Piece.spin(float(legs.turns_rad[k])),)
-    return PiecePath(legs.start, joined(each for each in pieces if each.spin_rad or each.length_m > ROUNDING_M))
+        driven.append(Piece(max(float(spare[k - 1]), 0.0), direction=int(places[k, 2])))
+        driven += corners[k] or (Piece.spin(float(legs.turns_rad[k])),)
+    return PiecePath(legs.start, joined(each for each in driven if each.spin_rad or each.length_m > ROUNDING_M))
 
 
 def path_is_free(path: PiecePath, body: WalledBody) -> bool:

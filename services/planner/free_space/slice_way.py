@@ -210,14 +210,16 @@ class _Driven:
         for swing in (*SWINGS_RAD, 0.5 * (high - low)):
             for one in (swing, -swing):
                 a, b = cmath.rect(1.0, middle + one), cmath.rect(1.0, middle - one)
-                # moved = s·a + t·b
+                # The move is the sum of both, s and t long.
                 cross = a.real * b.imag - a.imag * b.real
                 if abs(cross) < 1e-9:
                     continue
                 s = (moved.real * b.imag - moved.imag * b.real) / cross
                 t = (a.real * moved.imag - a.imag * moved.real) / cross
                 via = begin + s * a
-                offers.append([(via.real, via.imag, math.copysign(1.0, s)), (end.real, end.imag, math.copysign(1.0, t))])
+                offers.append(
+                    [(via.real, via.imag, math.copysign(1.0, s)), (end.real, end.imag, math.copysign(1.0, t))]
+                )
         return [*offers, straight[1]]
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from touchline.core.robust_overlay import as_area, buffer, difference, union
 from touchline.services.planner.free_space.obstructed_ground import ObstructedGround
@@ -72,13 +73,13 @@ class Slicer:
         within[found] = of
         return HeadingSlice(interval, tight, loose, within)
 
-    def _contained(self, part: Floats, middle: float, half: float) -> shapely.Polygon:
+    def _contained(self, part: Floats, middle: float, half: float) -> BaseGeometry:
         """Part of the body that is covered at every heading of an interval."""
         turned = shapely.polygons(np.array([_turned(part, middle + turn) for turn in (-half, 0.0, half)]))
         # Between two of the three headings, half/2 from the nearer one, an edge cuts off this much more.
         return buffer(shapely.intersection_all(turned), -self._reach_m * half**2 / 8.0, join_style="mitre")
 
-    def _places(self, body: list[shapely.Polygon]) -> shapely.Polygon | shapely.MultiPolygon:
+    def _places(self, body: Sequence[BaseGeometry]) -> shapely.Polygon | shapely.MultiPolygon:
         """Positions at which convex shapes of a body are off the obstructed ground."""
         hits = [self._sums(shapely.get_coordinates(shape)[:-1]) for shape in body if not shape.is_empty]
         return as_area(difference(self._ground.free, union(np.concatenate([np.empty(0, object), *hits]))))
@@ -90,7 +91,7 @@ class Slicer:
         return np.asarray(shapely.convex_hull(shapely.linestrings(sums, indices=number)))
 
 
-def _covering(part: Floats, middle: float, half: float) -> shapely.Polygon:
+def _covering(part: Floats, middle: float, half: float) -> BaseGeometry:
     """Convex shape that covers a convex part of the body, and `CLEARANCE_M` round it, at every heading of an interval.
 
     The arc of a corner lies in the triangle of its ends and the crossing of the tangents there.

@@ -119,7 +119,9 @@ def drives_free(pairs: Floats, corners: Floats, sizes: Ints, walls: Floats) -> I
 
     Args:
         pairs: (n, 4) x₁ y₁ x₂ y₂: from where to where (m).
-        corners, sizes, walls: As of `swept_free`.
+        corners: As of `swept_free`.
+        sizes: As of `swept_free`.
+        walls: As of `swept_free`.
 
     Returns:
         (n,) 1 for those free with the body's front ahead, plus 2 for those free with its rear ahead.
@@ -142,7 +144,9 @@ def headings_free(places: Floats, corners: Floats, sizes: Ints, walls: Floats, c
 
     Args:
         places: (n, 2) where (m).
-        corners, sizes, walls: As of `swept_free`.
+        corners: As of `swept_free`.
+        sizes: As of `swept_free`.
+        walls: As of `swept_free`.
         count: Number of sectors of a full turn; sector k is from k to k + 1 times their width.
 
     Returns:
@@ -165,15 +169,15 @@ def headings_free(places: Floats, corners: Floats, sizes: Ints, walls: Floats, c
 
 
 @kernel
-def turn_free(
-    pose: Floats, turn_rad: float, corners: Floats, sizes: Ints, walls: Floats
-) -> bool:
+def turn_free(pose: Floats, turn_rad: float, corners: Floats, sizes: Ints, walls: Floats) -> bool:
     """True if the body can turn on the spot; the pose itself is taken to be free.
 
     Args:
         pose: (3,) x (m), y (m), heading (rad) before the turn.
         turn_rad: Signed angle (rad).
-        corners, sizes, walls: As of `swept_free`.
+        corners: As of `swept_free`.
+        sizes: As of `swept_free`.
+        walls: As of `swept_free`.
     """
     steps = math.ceil(abs(turn_rad) / SPIN_STEP_RAD)
     if steps == 0:
@@ -200,9 +204,7 @@ def _off_walls(pose: Floats, walls: Floats) -> float:
 
 
 @kernel
-def legs_turns(
-    legs: Floats, entry_rad: float, exit_rad: float, corners: Floats, sizes: Ints, walls: Floats
-) -> Floats:
+def legs_turns(legs: Floats, entry_rad: float, exit_rad: float, corners: Floats, sizes: Ints, walls: Floats) -> Floats:
     """Find free turns on the spot for straights one after the other, which are checked, too.
 
     Args:
@@ -210,7 +212,9 @@ def legs_turns(
             the first row's is not used.
         entry_rad: Heading before the first turn.
         exit_rad: Heading after the last turn; NaN: any.
-        corners, sizes, walls: As of `swept_free`.
+        corners: As of `swept_free`.
+        sizes: As of `swept_free`.
+        walls: As of `swept_free`.
 
     Returns:
         (n + 1,) signed turn at each place (rad), the shorter one that is free; empty if something is not free.

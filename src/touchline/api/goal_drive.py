@@ -12,8 +12,10 @@ from pydantic import BaseModel, ConfigDict
 from touchline.api.given_arguments import Progress, checked, no_progress, setup_of, vehicle_of
 from touchline.jobs.goal.arrival import ReachedPose
 from touchline.jobs.goal.goal_simulation import GoalDrive, drive_to_goal
+from touchline.jobs.goal.known_field import load_ground
 from touchline.jobs.single.simulation import Products
 from touchline.schemas.given_angles import given_angle
+from touchline.schemas.known_ground import OPEN_GROUND
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.vehicles import Vehicle
@@ -65,6 +67,8 @@ class _GoalOptions(BaseModel):
     duration_s: float = 0.0
     tangents_m: tuple[float, ...] = ()
     forward_only: bool = False
+    field: str | Path | None = None
+    margin_m: float = 0.05
     follower: str | None = None
 
 
@@ -90,7 +94,8 @@ def goto(
         seed: Seed of all noise; None: the scenario's.
         record: MCAP file to write.
         progress: Called with the fraction done and the present step.
-        **options: method, law, duration_s, tangents_m, forward_only and follower, as of `touchline goto`.
+        **options: method, law, duration_s, tangents_m, forward_only, field, margin_m and follower, as of
+            `touchline goto`.
 
     Raises:
         SpecError: An argument cannot be used.
@@ -100,14 +105,15 @@ def goto(
     chosen = checked(_GoalOptions, options, "goto")
     heading = given_angle("goal", goal[2]) if len(goal) > 2 else math.nan
     aim = {"x_m": goal[0], "y_m": goal[1], "heading_rad": heading}
-    own = chosen.model_dump(exclude={"forward_only", "follower"})
+    own = chosen.model_dump(exclude={"forward_only", "field", "margin_m", "follower"})
     wanted = PoseGoal.model_validate({**aim, **own})
     pose = checked(Pose2, dict(zip(("x_m", "y_m", "heading_rad"), start, strict=True)), "start")
     setup = setup_of(vehicle_of(vehicle), scenario, None, seed, chosen.follower)
     there = setup.model_copy(update={"scenario": setup.scenario.model_copy(update={"start": pose})})
     products = Products(True, Path(record) if record is not None else None)
-    planning = PlanOptions(forward_only=chosen.forward_only)
-    return _run(drive_to_goal(there, wanted, planning, products, progress or no_progress))
+    planning = PlanOptions(forward_only=chosen.forward_only, margin_m=chosen.margin_m)
+    ground = load_ground(chosen.field) if chosen.field is not None else OPEN_GROUND
+    return _run(drive_to_goal(there, wanted, planning, products, progress or no_progress, ground))
 
 
 def _run(done: GoalDrive) -> GoalRun:

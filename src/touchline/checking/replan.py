@@ -22,5 +22,5 @@ def planned_again(job: GivenJob, vehicle: Vehicle) -> Trajectory | None:
     if job.cause is None:
         return None
     if job.cause.goal is not None:
-        return plan_to_goal(job.cause.goal, vehicle, job.cause.options).trajectory
+        return plan_to_goal(job.cause.goal, vehicle, job.cause.options, ground=job.cause.ground).trajectory
     return plan(job.template, vehicle, job.cause.options).trajectory if job.template is not None else None

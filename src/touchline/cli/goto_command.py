@@ -16,7 +16,7 @@ from touchline.cli.display import print_event, progress_bar
 from touchline.cli.groups import with_groups
 from touchline.cli.job_terminal import Terminal
 from touchline.cli.number_list import numbers_of
-from touchline.cli.options import ExitCode, JsonOption, ReportOption, RobotOption, config_of
+from touchline.cli.options import ExitCode, JsonOption, ReportOption, RobotOption, check_plot, config_of
 from touchline.cli.output_choice import deliver
 from touchline.cli.plugin_option import PluginOption
 from touchline.jobs.watcher import JobFailed
@@ -24,6 +24,7 @@ from touchline.recordings.writing import check_recordable, check_writable
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError
 from touchline.schemas.given_angles import given_angle
+from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
 from touchline.schemas.messages import Event, PlanOptions, PoseGoal
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.schemas.scenario import Pose2
@@ -66,6 +67,17 @@ class GoalChoice:
         bool, typer.Option("--forward-only", help="Drive forward only: neither reverse nor turn on the spot.")
     ] = False
 
+    field: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TEMPLATE|MAP.yaml",
+            help="Keep inside the boundary and off the obstacles of a template, or of a map of Nav2.",
+        ),
+    ] = None
+    margin: Annotated[
+        float, typer.Option(metavar="M", min=0.0, max=1.0, help="With --field: distance that the body keeps, m.")
+    ] = 0.05
+
     def goal(self) -> PoseGoal:
         """Return the pose to drive to.
 
@@ -84,7 +96,19 @@ class GoalChoice:
 
     def options(self) -> PlanOptions:
         """Return the planning options."""
-        return PlanOptions(forward_only=self.forward_only)
+        return PlanOptions(forward_only=self.forward_only, margin_m=self.margin)
+
+    def ground(self) -> KnownGround:
+        """Return the known ground.
+
+        Raises:
+            SpecError: The field cannot be read.
+        """
+        if self.field is None:
+            return OPEN_GROUND
+        from touchline.jobs.goal.known_field import load_ground
+
+        return load_ground(self.field)
 
 
 def goto(
@@ -101,6 +125,9 @@ def goto(
     record: Annotated[
         Path | None, typer.Option(metavar="FILE.mcap", help="With --vehicle: record the session to this file.")
     ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="With --vehicle: draw the way to this file (.svg, .png, .pdf).")
+    ] = None,
     report: ReportOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -111,27 +138,33 @@ def goto(
     """
     check_recordable(record)
     check_writable(report)
+    check_plot(plot)
     goal.goal()  # an invalid goal is refused before anything starts
     if robot.vehicle is not None:
         if name is not None:
             raise SpecError("command line", "--robot", f"is {name}, and --vehicle is given, too", "give one of them")
-        figures = emulated(_standing_at(robot.chosen(), start), goal, hashed, record)
+        figures = emulated(_standing_at(robot.chosen(), start), goal, hashed, record, plot)
     else:
-        _refuse_for_bus(robot, {"--start": start, "--hash": hashed or None, "--record": record})
+        _refuse_for_bus(robot, {"--start": start, "--hash": hashed or None, "--record": record, "--plot": plot})
         figures = on_bus(config_of(name), goal)
     deliver("Drive to the goal", figures, report, as_json)
     if not figures["success"]:
         sys.exit(ExitCode.FAILED)
 
 
-def emulated(setup: Setup, goal: GoalChoice, hashed: bool, record: Path | None) -> dict[str, Any]:
+def emulated(setup: Setup, goal: GoalChoice, hashed: bool, record: Path | None, plot: Path | None) -> dict[str, Any]:
     """Drive a robot of this setup to the goal in this process; return its figures."""
     from touchline.jobs.goal.goal_simulation import drive_to_goal
     from touchline.jobs.single.simulation import Products
 
     check_follower(setup.onboard)
+    ground = goal.ground()
     with progress_bar("Touchline") as advance:
-        done = drive_to_goal(setup, goal.goal(), goal.options(), Products(hashed, record), advance)
+        done = drive_to_goal(setup, goal.goal(), goal.options(), Products(hashed, record), advance, ground)
+    if plot is not None:
+        from touchline.services.planner.plots.way_picture import plot_way
+
+        plot_way(done.plan, ground, setup.vehicle, plot)
     return {
         **done.figures(),
         "vehicle": setup.vehicle.name,
@@ -151,10 +184,12 @@ def on_bus(config: "BusConfig", goal: GoalChoice) -> dict[str, Any]:
     from touchline.cli.run_command import watch_robot
     from touchline.jobs.goal.goal_on_bus import GoalOnBus
 
+    ground = goal.ground()
+    ground_json = "" if ground == OPEN_GROUND else ground.model_dump_json()
     with Bus.open(topics.OPERATOR, config) as bus, progress_bar(f"Touchline, {config.namespace}") as advance:
         terminal = Terminal(advance, partial(watch_robot, bus.presence(), config.namespace))
         try:
-            return GoalOnBus(bus, goal.goal(), goal.options(), terminal).run()
+            return GoalOnBus(bus, goal.goal(), goal.options(), terminal, ground_json).run()
         except JobFailed as error:
             print_event(Event.ERROR, str(error))
             return {"success": False, "reason": str(error)}

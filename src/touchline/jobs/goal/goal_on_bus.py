@@ -40,6 +40,8 @@ class GoalOnBus:
     goal: PoseGoal
     options: PlanOptions
     watcher: Watcher
+    ground_json: str = ""
+    """Known ground as text; empty: nothing is known."""
     _ours: bool = field(default=False, init=False)
     """True if the robot's events have reached this goal."""
     _since: tuple[int, int] = field(default=(0, 0), init=False)
@@ -61,7 +63,9 @@ class GoalOnBus:
         messages = self.bus.inbox([topics.EVENTS, topics.REPORT])
         latest = self.bus.inbox([topics.STATUS, topics.PAUSE_STATUS, topics.ODOMETRY, topics.TRUTH], keep="latest")
         self.watcher.stage("Planning")
-        request = GotoRequest(request_id=uuid.uuid4().hex, goal=self.goal, options=self.options)
+        request = GotoRequest(
+            request_id=uuid.uuid4().hex, goal=self.goal, options=self.options, ground_json=self.ground_json
+        )
         answer = self.bus.call(topics.GOTO, request, _ANSWER_S, self.watcher.check)
         if not answer.success:
             raise JobFailed(f"the robot refused the goal: {answer.message}")

@@ -9,6 +9,7 @@ from touchline.jobs.single.reports import estimator_figures, hash_figures, plan_
 from touchline.jobs.single.simulation import GivenDrive, Outcome, Products, carry_out
 from touchline.schemas.digest import goal_scenario_hash
 from touchline.schemas.errors import CommandRefused
+from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.setup import Setup
@@ -63,7 +64,9 @@ class GoalDrive:
         }
 
 
-def plan_from(start: Sequence[float], goal: PoseGoal, vehicle: Vehicle, options: PlanOptions) -> Plan:
+def plan_from(
+    start: Sequence[float], goal: PoseGoal, vehicle: Vehicle, options: PlanOptions, ground: KnownGround = OPEN_GROUND
+) -> Plan:
     """Plan from a pose, x (m), y (m), heading (rad), to a goal.
 
     Args:
@@ -71,11 +74,13 @@ def plan_from(start: Sequence[float], goal: PoseGoal, vehicle: Vehicle, options:
         goal: The goal.
         vehicle: The robot.
         options: Planning options without a start.
+        ground: Boundary and obstacles.
 
     Raises:
         PlanningError: There is no path.
     """
-    return plan_to_goal(goal, vehicle, PlanOptions.model_validate({**dict(options), "start": tuple(start)}))
+    begun = PlanOptions.model_validate({**dict(options), "start": tuple(start)})
+    return plan_to_goal(goal, vehicle, begun, ground=ground)
 
 
 def drive_to_goal(
@@ -84,6 +89,7 @@ def drive_to_goal(
     options: PlanOptions,
     products: Products,
     progress: Callable[[float, str], None] = lambda done, doing: None,
+    ground: KnownGround = OPEN_GROUND,
 ) -> GoalDrive:
     """Let a robot stand at its scenario's start until it is localized, plan from there, and drive.
 
@@ -93,6 +99,7 @@ def drive_to_goal(
         options: Planning options without a start.
         products: Products besides the figures.
         progress: Called with the fraction done and the present stage.
+        ground: Boundary and obstacles that the plan keeps off.
 
     Raises:
         PlanningError: There is no such path.
@@ -105,10 +112,10 @@ def drive_to_goal(
             raise CommandRefused(f"the robot is not localized within {LOST_S:g} s: give a scenario with a position fix")
         emulator.tick()
     start = emulator.onboard.estimate[:3]
-    plan = plan_from(start, goal, setup.vehicle, options)
+    plan = plan_from(start, goal, setup.vehicle, options, ground)
     begun = PlanOptions.model_validate({**dict(options), "start": tuple(start)})
-    drive = GivenDrive(plan.trajectory, None, Taking.HERE, PlanCause(options=begun, goal=goal))
+    drive = GivenDrive(plan.trajectory, None, Taking.HERE, PlanCause(options=begun, goal=goal, ground=ground))
     outcome = carry_out(emulator, drive, products, progress)
-    cause = goal_scenario_hash(setup, goal, options)
+    cause = goal_scenario_hash(setup, goal, options, ground)
     believed, true = ReachedPose(*emulator.onboard.estimate[:3]), ReachedPose(*emulator.world.pose[:3])
     return GoalDrive(goal, plan, replace(outcome, scenario_hash=cause), believed, true)
