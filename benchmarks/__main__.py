@@ -15,6 +15,7 @@ LONG = frozenset(
         "fleet_recorded",
         "goals",
         "random_fields",
+        "routes",
         "shared",
         "stops",
         "kills",
