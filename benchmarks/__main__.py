@@ -16,6 +16,7 @@ LONG = frozenset(
         "goals",
         "protection",
         "random_fields",
+        "routes",
         "shared",
         "stops",
         "kills",

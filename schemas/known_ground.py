@@ -30,7 +30,7 @@ class KnownGround(Spec):
     boundary: Ring | None = None
     """Corners of the boundary, m; null: none is known."""
     obstacles: Annotated[tuple[KnownObstacle, ...], Field(max_length=10_000)] = ()
-    """What the body keeps off."""
+    """Outlines that the body keeps off."""
 
     @classmethod
     def of(cls, template: Template) -> Self:

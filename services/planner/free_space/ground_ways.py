@@ -53,7 +53,8 @@ class GroundWays:
         self.body = WalledBody.of(ground, self._parts)
 
     @cached_property
-    def _roadmap(self) -> Roadmap:
+    def roadmap(self) -> Roadmap:
+        """Roadmap of the ground."""
         return Roadmap(self.body)
 
     @cached_property
@@ -70,7 +71,7 @@ class GroundWays:
         Raises:
             PlanningError: There is none, or none was found; it says why.
         """
-        found = self._roadmap.way(start, goal)
+        found = self.roadmap.way(start, goal)
         if found is None:
             self.refuse_unreachable(start, goal)
             found = way_through_slices(self._reachability, start, goal, self.body, MANOEUVRES_MAX)

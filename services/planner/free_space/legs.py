@@ -11,7 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from touchline.services.planner.free_space.obstructed_ground import ObstructedGround
-from touchline.services.planner.free_space.sweeps import drives_free, headings_free, legs_turns, swept_free
+from touchline.services.planner.free_space.body_sweeps import drives_free, headings_free, legs_turns, swept_free
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose
 
 # A stop costs as much as driving this far (m), so that of ways of about the same length the one with fewer is taken.
@@ -49,7 +49,7 @@ def legs_length(places: Floats) -> float:
 
 
 class WalledBody(NamedTuple):
-    """A body, in convex parts, among walls; see `sweeps.swept_free`."""
+    """A body, in convex parts, among walls; see `body_sweeps.swept_free`."""
 
     corners: Floats
     sizes: Ints
@@ -72,11 +72,11 @@ class WalledBody(NamedTuple):
         return inside and self.sweeps(np.array([pose]), 0.0)
 
     def sweeps(self, poses: Floats, slack_m: float) -> bool:
-        """True if the body can move from pose to pose; see `sweeps.swept_free`."""
+        """True if the body can move from pose to pose; see `body_sweeps.swept_free`."""
         return bool(swept_free(poses, self.corners, self.sizes, self.walls, slack_m))
 
     def drives(self, pairs: Floats) -> Ints:
-        """Find free straights; see `sweeps.drives_free`."""
+        """Find free straights; see `body_sweeps.drives_free`."""
         return np.asarray(drives_free(np.ascontiguousarray(pairs), self.corners, self.sizes, self.walls))
 
     def turning(self, places: Floats, sectors: int) -> NDArray[np.bool_]:
@@ -84,7 +84,7 @@ class WalledBody(NamedTuple):
         return np.asarray(headings_free(places, self.corners, self.sizes, self.walls, sectors)) > 0.0
 
     def turns(self, places: Floats, entry_rad: float, exit_rad: float) -> Floats:
-        """Find the turns of straights; see `sweeps.legs_turns`."""
+        """Find the turns of straights; see `body_sweeps.legs_turns`."""
         return np.asarray(legs_turns(places, entry_rad, exit_rad, self.corners, self.sizes, self.walls))
 
     def legs(self, places: Floats, start: PathPose, goal: PathPose) -> Legs | None:

@@ -43,23 +43,23 @@ class Proof(Enum):
     UNDECIDED = "undecided"
 
 
-class Node(NamedTuple):
+class PoseNode(NamedTuple):
     """A polygon of a slice: its interval, whether it is one of the tight ones, and its number there."""
 
     interval: Interval
     tight: bool
     number: int
 
-    def loosely(self, sliced: HeadingSlice) -> Node:
-        """Node of the loose polygon that it lies in, or is."""
-        return Node(self.interval, False, int(sliced.within[self.number])) if self.tight else self
+    def loosely(self, sliced: HeadingSlice) -> PoseNode:
+        """PoseNode of the loose polygon that it lies in, or is."""
+        return PoseNode(self.interval, False, int(sliced.within[self.number])) if self.tight else self
 
 
 class Portal(NamedTuple):
     """Positions at which a way passes from one tight node to another, at one heading (rad)."""
 
-    node: Node
-    other: Node
+    node: PoseNode
+    other: PoseNode
     polygon: shapely.Polygon
     heading_rad: float
 
@@ -99,7 +99,7 @@ class Reachability:
             for interval in wide:
                 self._halve(interval)
 
-    def nodes_at(self, pose: PathPose) -> list[Node]:
+    def nodes_at(self, pose: PathPose) -> list[PoseNode]:
         """Tight node of a pose, else the loose one; with heading NaN those of all slices."""
         if math.isnan(pose.heading_rad):
             return [node for interval in self._intervals for node in self._at(interval, pose)]
@@ -126,7 +126,7 @@ class Reachability:
             self._slices[interval] = self._slicer.slice(interval)
         return self._slices[interval]
 
-    def polygon(self, node: Node) -> shapely.Polygon:
+    def polygon(self, node: PoseNode) -> shapely.Polygon:
         """Return the polygon of a node."""
         sliced = self.slice(node.interval)
         found: shapely.Polygon = (sliced.tight if node.tight else sliced.loose)[node.number]
@@ -144,21 +144,21 @@ class Reachability:
         at = bisect_right(self._intervals, (interval[0], math.inf)) - 1
         return [(self._intervals[at - 1], interval[0]), (self._intervals[at + 1 - len(self._intervals)], interval[1])]
 
-    def _at(self, interval: Interval, pose: PathPose) -> list[Node]:
+    def _at(self, interval: Interval, pose: PathPose) -> list[PoseNode]:
         sliced, point = self.slice(interval), shapely.Point(pose.x_m, pose.y_m)
         for tight, parts in ((True, sliced.tight), (False, sliced.loose)):
             found = np.flatnonzero(shapely.intersects(parts, point))
             if len(found):
-                return [Node(interval, tight, int(found[0]))]
+                return [PoseNode(interval, tight, int(found[0]))]
         return []
 
     def _least_doubtful(self, start: PathPose, goal: PathPose) -> list[Interval] | None:
         """Slices of the doubtful steps of a way that has the fewest; None if there is no way."""
         goals, number = set(self.nodes_at(goal)), count()
-        queue: list[tuple[float, int, Node, Node | None]] = [
+        queue: list[tuple[float, int, PoseNode, PoseNode | None]] = [
             (0.0, next(number), node, None) for node in self.nodes_at(start)
         ]
-        before: dict[Node, Node | None] = {}
+        before: dict[PoseNode, PoseNode | None] = {}
         while queue:
             cost, _, node, previous = heapq.heappop(queue)
             if node in before:
@@ -171,7 +171,7 @@ class Reachability:
                     heapq.heappush(queue, (cost + self._cost(node, following), next(number), following, node))
         return None
 
-    def _steps(self, node: Node) -> Iterator[Node]:
+    def _steps(self, node: PoseNode) -> Iterator[PoseNode]:
         """Nodes that one can be left for."""
         sliced = self.slice(node.interval)
         if node.tight:
@@ -179,11 +179,11 @@ class Reachability:
             for joint in self.joints(node.interval):
                 yield from (portal.other for portal in joint.portals if portal.node == node)
             return
-        yield from (Node(node.interval, True, int(index)) for index in np.flatnonzero(sliced.within == node.number))
+        yield from (PoseNode(node.interval, True, int(index)) for index in np.flatnonzero(sliced.within == node.number))
         for (other, _), joint in zip(self._neighbours(node.interval), self.joints(node.interval), strict=True):
-            yield from (Node(other, False, second) for first, second in joint.loose if first == node.number)
+            yield from (PoseNode(other, False, second) for first, second in joint.loose if first == node.number)
 
-    def _cost(self, node: Node, following: Node) -> float:
+    def _cost(self, node: PoseNode, following: PoseNode) -> float:
         """Cost of a step: 0 if it is certain."""
         if node.tight and following.tight:
             return 0.0
@@ -202,7 +202,7 @@ class Reachability:
         del self._slices[interval]
 
 
-def _doubtful(node: Node | None, before: dict[Node, Node | None]) -> list[Interval]:
+def _doubtful(node: PoseNode | None, before: dict[PoseNode, PoseNode | None]) -> list[Interval]:
     """Intervals of the loose nodes of a way, which ends at a node."""
     found = []
     while node is not None:
@@ -219,7 +219,7 @@ def _joint(first: HeadingSlice, second: HeadingSlice, heading: float) -> Joint:
     a, b = _meeting(first.tight, second.tight)
     common = intersections(first.tight[a], second.tight[b]) if len(a) else np.empty(0, object)
     portals = [
-        Portal(Node(first.interval, True, int(i)), Node(second.interval, True, int(j)), part, heading)
+        Portal(PoseNode(first.interval, True, int(i)), PoseNode(second.interval, True, int(j)), part, heading)
         for i, j, shape in zip(a, b, common, strict=True)
         for part in shapely.get_parts(as_area(shape))
         if part.area > 0.0

@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 
 from touchline.services.planner.free_space.legs import Legs, WalledBody
-from touchline.services.planner.free_space.reachability import Node, Portal, Reachability
+from touchline.services.planner.free_space.reachability import PoseNode, Portal, Reachability
 from touchline.services.planner.geometry.clothoid import PathPose
 
 # Price of moving sideways, per metre, in metres driven.
@@ -35,7 +35,7 @@ Row = tuple[float, float, float]
 class _Move:
     """Move in a tight polygon from one position (m) to another; it is left at a heading (rad)."""
 
-    node: Node
+    node: PoseNode
     begin: complex
     end: complex
     leaving_rad: float
@@ -67,10 +67,10 @@ def _moves(reachability: Reachability, start: PathPose, goal: PathPose) -> list[
     goals, number = set(reachability.nodes_at(goal)), count()
     aim = complex(goal.x_m, goal.y_m)
     (first,) = reachability.nodes_at(start)
-    queue: list[tuple[float, int, Node, complex, int]] = [(0.0, next(number), first, complex(*start[:2]), -1)]
+    queue: list[tuple[float, int, PoseNode, complex, int]] = [(0.0, next(number), first, complex(*start[:2]), -1)]
     steps: list[tuple[_Move, int]] = []
     done: set[object] = set()
-    portals: dict[Node, list[tuple[Portal, complex]]] = {}
+    portals: dict[PoseNode, list[tuple[Portal, complex]]] = {}
     while queue:
         cost, _, node, at, step = heapq.heappop(queue)
         if node is _ARRIVED:
@@ -93,7 +93,7 @@ def _moves(reachability: Reachability, start: PathPose, goal: PathPose) -> list[
     raise AssertionError("a way that was proved to exist was not found")
 
 
-_ARRIVED: Final = Node((0.0, 0.0), True, -1)
+_ARRIVED: Final = PoseNode((0.0, 0.0), True, -1)
 
 
 def _traced(steps: list[tuple[_Move, int]], last: int) -> list[_Move]:
@@ -104,7 +104,7 @@ def _traced(steps: list[tuple[_Move, int]], last: int) -> list[_Move]:
     return moves[::-1]
 
 
-def _portals(reachability: Reachability, node: Node) -> list[tuple[Portal, complex]]:
+def _portals(reachability: Reachability, node: PoseNode) -> list[tuple[Portal, complex]]:
     """Portals of a node, each with a point well inside it."""
     found = [each for joint in reachability.joints(node.interval) for each in joint.portals if each.node == node]
     points = [shapely.maximum_inscribed_circle(each.polygon, tolerance=_TOLERANCE_M).coords[0] for each in found]
@@ -114,7 +114,7 @@ def _portals(reachability: Reachability, node: Node) -> list[tuple[Portal, compl
 _TOLERANCE_M: Final = 0.01
 
 
-def _price(node: Node, begin: complex, end: complex) -> float:
+def _price(node: PoseNode, begin: complex, end: complex) -> float:
     """Price of a move in a slice: along its headings as driven, sideways more."""
     moved = (end - begin) * cmath.rect(1.0, -0.5 * sum(node.interval))
     return abs(moved.real) + SIDEWAYS * abs(moved.imag) + 1e-3
@@ -181,7 +181,7 @@ class _Driven:
         self._body, self._reachability = body, reachability
         self._heading, self.rows = start.heading_rad, [(start.x_m, start.y_m, 1.0)]
 
-    def go(self, node: Node, begin: complex, end: complex, halvings: int) -> None:
+    def go(self, node: PoseNode, begin: complex, end: complex, halvings: int) -> None:
         """Carry out a move along a line inside a tight polygon.
 
         By construction a move that is halved often enough is free.
@@ -201,7 +201,7 @@ class _Driven:
             self.go(node, begin, half, halvings - 1)
             self.go(node, half, end, halvings - 1)
 
-    def _offers(self, node: Node, begin: complex, end: complex) -> list[list[Row]]:
+    def _offers(self, node: PoseNode, begin: complex, end: complex) -> list[list[Row]]:
         """Straights from point to point: one, or two at headings on either side of the slice's middle."""
         low, high = node.interval
         middle, moved = 0.5 * (low + high), end - begin

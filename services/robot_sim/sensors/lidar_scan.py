@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from touchline.core.jit import borrowing
 from touchline.core.random import STREAM_AUXILIARY, normal, uniform
 from touchline.onboard.interface import TICK_S
-from touchline.services.robot_sim.sensors.rays import Beams, ScanOrigin, meet_disc, meet_solids
+from touchline.services.robot_sim.sensors.rays import CastBeams, ScanOrigin, meet_disc, meet_solids
 from touchline.services.robot_sim.world.objects.things import (
     EAST,
     EAST_MPS,
@@ -90,11 +90,11 @@ class ScanArrays(NamedTuple):
 
     Attributes:
         directions: (n, 2) unit vectors, body frame.
-        rays: (n, 4), as in `Beams`.
-        drop: (n,), as in `Beams`.
-        age_s: (n,), as in `Beams`.
+        rays: (n, 4), as in `CastBeams`.
+        drop: (n,), as in `CastBeams`.
+        age_s: (n,), as in `CastBeams`.
         ranges: (n,) true ranges.
-        dark: (n,), as in `Beams`.
+        dark: (n,), as in `CastBeams`.
         measured: (n,) measured ranges, rounded to single precision as messages carry them; inf for none.
     """
 
@@ -161,7 +161,7 @@ def see(lidar: LidarFigures, scan: ScanArrays, things: Things, tick: int) -> Non
     first_rad = things.trail[tick % POSES][2] + lidar.first_rad
     for beam in range(len(scan.ranges)):
         scan.ranges[beam], scan.dark[beam] = math.inf, 0.0
-    beams = Beams(
+    beams = CastBeams(
         scan.rays, scan.drop, scan.age_s, scan.ranges, scan.dark, first_rad, lidar.step_rad, lidar.height_m, lidar.max_m
     )
     meet_solids(beams, reference, things.grid)

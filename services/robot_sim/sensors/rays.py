@@ -22,8 +22,8 @@ _TURN: Final = 2.0 * math.pi
 _BEARING_ERROR: Final = 1e-3  # bound on the error of `_bearing`, with room for rounding [rad]
 
 
-class Beams(NamedTuple):
-    """Beams of a scan, and what each has met.
+class CastBeams(NamedTuple):
+    """CastBeams of a scan, and what each has met.
 
     Attributes:
         rays: (n, 4) origin (east, north) [m] and unit vector of each, map frame.
@@ -125,14 +125,14 @@ def range_to_disc(ray: Floats, x: float, y: float, radius: float) -> float:
 
 
 @borrowing
-def _write(beams: Beams, beam: int, distance: float, height_m: float, dark: float) -> None:
+def _write(beams: CastBeams, beam: int, distance: float, height_m: float, dark: float) -> None:
     """Enter a hit, if it is the nearest so far and the thing is as high as the beam is there."""
     if distance < beams.ranges[beam] and beams.height_m - beams.drop[beam] * distance <= height_m:
         beams.ranges[beam], beams.dark[beam] = distance, dark
 
 
 @borrowing
-def _between(beams: Beams, low_rad: float, high_rad: float, turn: int) -> tuple[int, int]:
+def _between(beams: CastBeams, low_rad: float, high_rad: float, turn: int) -> tuple[int, int]:
     """Return the first beam and the one after the last between two directions, map frame, a turn apart."""
     low = low_rad - beams.first_rad
     shift = -_TURN * math.floor(low / _TURN) - _TURN * turn
@@ -143,7 +143,7 @@ def _between(beams: Beams, low_rad: float, high_rad: float, turn: int) -> tuple[
 
 @borrowing
 def meet_disc(
-    beams: Beams,
+    beams: CastBeams,
     reference: ScanOrigin,
     disc: tuple[float, float, float],
     velocity: tuple[float, float],
@@ -181,7 +181,7 @@ def meet_disc(
 
 
 @borrowing
-def _meet_edge(beams: Beams, reference: ScanOrigin, solid: Floats) -> None:
+def _meet_edge(beams: CastBeams, reference: ScanOrigin, solid: Floats) -> None:
     """Enter an edge of an outline."""
     ax, ay = solid[X1] - reference.east_m, solid[Y1] - reference.north_m
     bx, by = solid[X2] - reference.east_m, solid[Y2] - reference.north_m
@@ -216,7 +216,7 @@ def _meet_edge(beams: Beams, reference: ScanOrigin, solid: Floats) -> None:
 
 
 @borrowing
-def _meet_cell(beams: Beams, reference: ScanOrigin, grid: SolidGrid, cell: int, scan: int) -> None:
+def _meet_cell(beams: CastBeams, reference: ScanOrigin, grid: SolidGrid, cell: int, scan: int) -> None:
     """Enter the solids of a cell that were not looked at in this scan."""
     for place in range(grid.first[cell], grid.first[cell + 1]):
         index = grid.items[place]
@@ -231,7 +231,7 @@ def _meet_cell(beams: Beams, reference: ScanOrigin, grid: SolidGrid, cell: int, 
 
 
 @borrowing
-def _any_beyond(beams: Beams, distance: float) -> bool:
+def _any_beyond(beams: CastBeams, distance: float) -> bool:
     """Return True if a beam has met nothing within a distance."""
     beam = 0
     while beam < len(beams.ranges) and beams.ranges[beam] < distance:
@@ -240,7 +240,7 @@ def _any_beyond(beams: Beams, distance: float) -> bool:
 
 
 @borrowing
-def meet_solids(beams: Beams, reference: ScanOrigin, grid: SolidGrid) -> None:
+def meet_solids(beams: CastBeams, reference: ScanOrigin, grid: SolidGrid) -> None:
     """Enter all solids within range, from near to far: ring by ring of cells until every beam has met something nearer.
 
     Args:

@@ -1,23 +1,10 @@
 """Waiting of a robot that stands before something: for it to go, for its operator, and then no longer."""
 
 from enum import Enum, auto
-from typing import Final, NamedTuple, Protocol
+from typing import Final, NamedTuple
 
 from touchline.onboard.interface import TICKS_PER_S
-
-
-class Blocked(Protocol):
-    """Report of a robot that stands before something in its way.
-
-    Attributes:
-        since_tick: Tick at which it was stopped.
-        moving: True if what is in its way moves.
-    """
-
-    @property
-    def since_tick(self) -> int: ...  # noqa: D102
-    @property
-    def moving(self) -> bool: ...  # noqa: D102
+from touchline.onboard.protection.protector import Blocked
 
 
 class Patience(NamedTuple):

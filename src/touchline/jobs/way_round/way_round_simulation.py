@@ -12,6 +12,7 @@ from touchline.jobs.way_round.round_plan import plan_round
 from touchline.jobs.way_round.unpainted_lines import OPERATOR, Gap, UnpaintedLines
 from touchline.jobs.way_round.waiting import PATIENT, Blocked, Patience, Waiting, WaitingOrder
 from touchline.onboard.interface import TICKS_PER_S
+from touchline.onboard.protection.protector import Blocked
 from touchline.schemas.digest import scenario_hash
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import TraversalStatus

@@ -14,6 +14,23 @@ Integers = NDArray[np.int64]
 
 
 @kernel
+def _nearest(
+    costs: Floats, row_price: float, columns: int, at: int, prices: Floats, way: Integers
+) -> tuple[float, int]:
+    """Update the least reduced costs by a row's, reached by column `at`; return the least, and its column."""
+    column_price, least, done = prices[1], prices[2], prices[3]
+    delta, nearest = math.inf, 0
+    for j in range(1, columns + 1):
+        if done[j] == 0.0:
+            reduced = costs[j - 1] - row_price - column_price[j]
+            if reduced < least[j]:
+                least[j], way[j] = reduced, at
+            if least[j] < delta:
+                delta, nearest = least[j], j
+    return delta, nearest
+
+
+@kernel
 def assign(cost: Floats, rows: int, columns: int, row_of: Integers, prices: Floats, way: Integers) -> None:
     """Assign rows to columns so that the sum of costs is least: the Hungarian method by shortest augmenting paths.
 
@@ -39,14 +56,8 @@ def assign(cost: Floats, rows: int, columns: int, row_of: Integers, prices: Floa
             least[j], done[j] = math.inf, 0.0
         while row_of[at] != 0:
             done[at] = 1.0
-            row, delta, nearest = row_of[at], math.inf, 0
-            for j in range(1, columns + 1):
-                if done[j] == 0.0:
-                    reduced = cost[row - 1, j - 1] - row_price[row] - column_price[j]
-                    if reduced < least[j]:
-                        least[j], way[j] = reduced, at
-                    if least[j] < delta:
-                        delta, nearest = least[j], j
+            row = row_of[at]
+            delta, nearest = _nearest(cost[row - 1], row_price[row], columns, at, prices, way)
             for j in range(columns + 1):
                 if done[j] == 1.0:
                     row_price[row_of[j]] += delta
