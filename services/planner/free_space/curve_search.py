@@ -17,9 +17,9 @@ import numpy as np
 import shapely
 
 from touchline.core.robust_overlay import buffer
+from touchline.services.planner.free_space.body_sweeps import cheapest
 from touchline.services.planner.free_space.legs import WalledBody
 from touchline.services.planner.free_space.rounded_legs import STEP_M, arc_slack_m, path_is_free
-from touchline.services.planner.free_space.body_sweeps import cheapest
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath, joined
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.steering.turns import ContinuousTurn

@@ -10,8 +10,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from touchline.services.planner.free_space.obstructed_ground import ObstructedGround
 from touchline.services.planner.free_space.body_sweeps import drives_free, headings_free, legs_turns, swept_free
+from touchline.services.planner.free_space.obstructed_ground import ObstructedGround
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose
 
 # A stop costs as much as driving this far (m), so that of ways of about the same length the one with fewer is taken.

@@ -14,8 +14,8 @@ import shapely
 from numpy.typing import NDArray
 
 from touchline.core.robust_overlay import as_area, buffer
-from touchline.services.planner.free_space.legs import STOP_M, Legs, WalledBody
 from touchline.services.planner.free_space.body_sweeps import cheapest
+from touchline.services.planner.free_space.legs import STOP_M, Legs, WalledBody
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose
 
 SECTORS = 72

@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 
 from touchline.services.planner.free_space.legs import Legs, WalledBody
-from touchline.services.planner.free_space.reachability import PoseNode, Portal, Reachability
+from touchline.services.planner.free_space.reachability import Portal, PoseNode, Reachability
 from touchline.services.planner.geometry.clothoid import PathPose
 
 # Price of moving sideways, per metre, in metres driven.

@@ -10,7 +10,7 @@ from touchline.jobs.single.reports import failing, hash_figures, plan_figures
 from touchline.jobs.single.simulation import GivenDrive, Job, Outcome, Products, Progress, carry_out
 from touchline.jobs.way_round.round_plan import plan_round
 from touchline.jobs.way_round.unpainted_lines import OPERATOR, Gap, UnpaintedLines
-from touchline.jobs.way_round.waiting import PATIENT, Blocked, Patience, Waiting, WaitingOrder
+from touchline.jobs.way_round.waiting import PATIENT, Patience, Waiting, WaitingOrder
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.onboard.protection.protector import Blocked
 from touchline.schemas.digest import scenario_hash

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from touchline.core.jit import borrowing, kernel
 from touchline.core.records import Record
-from touchline.onboard.perception.track_assignment import assign
 from touchline.onboard.perception.clusters import DIRECTIONS, LEG_M, STEP_M, UNIT, Clusters, widths_of
 from touchline.onboard.perception.clusters import MOST as MOST_CLUSTERS
+from touchline.onboard.perception.track_assignment import assign
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
