@@ -7,6 +7,7 @@
 import math
 import time
 from collections import Counter
+from contextlib import ExitStack
 from unittest import mock
 
 import numpy as np
@@ -48,7 +49,7 @@ def main(worlds: int = 100, goals: int = 10, passages: int = 50) -> None:
         ground, rng = world(seed), np.random.default_rng(seed + 1000)
         begun = time.process_time()
         ways = GroundWays(ground, OUTLINE, 0.0)
-        assert ways.roadmap
+        assert ways.roadmap is not None
         maps_s.append(time.process_time() - begun)
         dense = _denser(ground)
         reachability = Reachability(Slicer(ground, body_parts(OUTLINE, 0.0)))
@@ -89,8 +90,10 @@ def _denser(ground: ObstructedGround) -> GroundWays:
     """Ways by a map with more places and more straights from each."""
     finer = {"SPACING_M": 0.2, "CORNER_SPACING_M": 0.05, "NEAREST": 40, "ENTRIES": 600}
     ways = GroundWays(ground, OUTLINE, 0.0)
-    with mock.patch.multiple(roadmaps, **finer):
-        assert ways.roadmap
+    with ExitStack() as stack:
+        for name, value in finer.items():
+            stack.enter_context(mock.patch.object(roadmaps, name, value))
+        assert ways.roadmap is not None
     return ways
 
 
