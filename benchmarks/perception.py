@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks._lidar_scene import Floats, Scene, Seeing, legs, standing
 from benchmarks._settings import Small
 from benchmarks.estimator import Check
-from touchline.onboard.perception.tracks import Track
+from touchline.onboard.perception.tracks import TrackedThing
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.lidar_spec import LidarSpec
 
@@ -98,7 +98,7 @@ class Followed(NamedTuple):
     moving: Floats
 
 
-def _nearest(tracks: list[Track], x: float, y: float) -> Track | None:
+def _nearest(tracks: list[TrackedThing], x: float, y: float) -> TrackedThing | None:
     near = min(tracks, key=lambda each: math.hypot(each.x_m - x, each.y_m - y), default=None)
     return near if near is not None and math.hypot(near.x_m - x, near.y_m - y) < _LOST_M else None
 

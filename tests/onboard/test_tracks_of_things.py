@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 
 from benchmarks._lidar_scene import Scene, Seeing, box, legs, standing, still
 from benchmarks.perception import LIDARS, follow_people
-from touchline.onboard.perception.assignment import assign
+from touchline.onboard.perception.least_cost import assign
 from touchline.onboard.perception.tracks import PERSON, POST, THING, WALL
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.lidar_spec import LidarSpec

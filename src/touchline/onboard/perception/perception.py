@@ -20,7 +20,7 @@ from touchline.onboard.perception.hits import Hits
 from touchline.onboard.perception.known_outlines import KnownOutlines, Polygon, SeenOutline
 from touchline.onboard.perception.scan import GROUND, KNOWN, THING, Beams, ScanFigures, gather, place_beams
 from touchline.onboard.perception.scan_memory import ScanMemory, confirm
-from touchline.onboard.perception.tracks import Track, Tracks
+from touchline.onboard.perception.tracks import TrackedThing, Tracks
 from touchline.onboard.perception.unseen import unseen_edges
 from touchline.schemas.vehicles import ODOMETRY, Vehicle
 from touchline.schemas.vehicles.lidar_spec import LidarSpec
@@ -46,7 +46,7 @@ class _Lidar:
 
 
 class Perception:
-    """What a robot knows of its surroundings by its lidars.
+    """Surroundings of a robot, as its lidars show them.
 
     Args:
         vehicle: The nominal robot, with one lidar or more.
@@ -149,7 +149,7 @@ class Perception:
         )
 
     @property
-    def tracks(self) -> list[Track]:
+    def tracks(self) -> list[TrackedThing]:
         """Things that the plan does not know, as they are expected to be at the last scan."""
         return self._tracks.at(self._time_s, _MARGIN_M)
 

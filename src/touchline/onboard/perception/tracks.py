@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from touchline.core.jit import borrowing, kernel
 from touchline.core.records import Record
-from touchline.onboard.perception.assignment import assign
 from touchline.onboard.perception.clusters import DIRECTIONS, LEG_M, STEP_M, UNIT, Clusters, widths_of
 from touchline.onboard.perception.clusters import MOST as MOST_CLUSTERS
+from touchline.onboard.perception.least_cost import assign
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -90,7 +90,7 @@ class TrackState(Record):
     hull_m: Annotated[Floats, DIRECTIONS, 2]
 
 
-class Track(NamedTuple):
+class TrackedThing(NamedTuple):
     """A thing that the plan does not know.
 
     Attributes:
@@ -348,7 +348,7 @@ class Tracks:
         """
         follow(clusters, error_m, now_s, cast("Sequence[TrackState]", self._rows), self._work, self._numbers)
 
-    def at(self, now_s: float, margin_m: float) -> list[Track]:
+    def at(self, now_s: float, margin_m: float) -> list[TrackedThing]:
         """Return the tracks that were seen at least twice, as they are expected to be now.
 
         Args:
@@ -377,7 +377,8 @@ class Tracks:
         values = zip(*(each.tolist() for each in columns), strict=True)
         kinds = map(_kind_of, *(rows[name].tolist() for name in ("width_m", "thickness_m", "moved", "legs")))
         return [
-            Track._make((kind, *each, outline)) for kind, each, outline in zip(kinds, values, outlines, strict=True)
+            TrackedThing._make((kind, *each, outline))
+            for kind, each, outline in zip(kinds, values, outlines, strict=True)
         ]
 
 

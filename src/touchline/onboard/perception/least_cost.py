@@ -41,12 +41,13 @@ def assign(cost: Floats, rows: int, columns: int, row_of: Integers, prices: Floa
             done[at] = 1.0
             row, delta, nearest = row_of[at], math.inf, 0
             for j in range(1, columns + 1):
-                if done[j] == 0.0:
-                    reduced = cost[row - 1, j - 1] - row_price[row] - column_price[j]
-                    if reduced < least[j]:
-                        least[j], way[j] = reduced, at
-                    if least[j] < delta:
-                        delta, nearest = least[j], j
+                if done[j] == 1.0:
+                    continue
+                reduced = cost[row - 1, j - 1] - row_price[row] - column_price[j]
+                if reduced < least[j]:
+                    least[j], way[j] = reduced, at
+                if least[j] < delta:
+                    delta, nearest = least[j], j
             for j in range(columns + 1):
                 if done[j] == 1.0:
                     row_price[row_of[j]] += delta
