@@ -287,8 +287,8 @@ class Protector:
         if not len(tight):
             self._blocked = None
             return "something that is no longer seen is in the way"
-        # Not only what touches: the thing that leaves least room.
-        first = int(tight[np.argmin(way.clear_m[tight] + way.thing_mps * way.ahead_m[tight])])
+        beyond = tight[way.ahead_m[tight] > way.stop_m]
+        first = int(beyond[0] if len(beyond) else tight[np.argmin(way.clear_m[tight])])
         place = np.concatenate(self._near[:2])[way.nearest[first]]
         distance_m, _ = clearance(self._body, way.radius_m, self._pose(), place[None], math.inf)
         earlier = self._earlier[0] if len(self._earlier) == MOVED_SCANS else points

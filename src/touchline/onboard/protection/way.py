@@ -136,6 +136,19 @@ def _needed_m(way: WayState, j: int, off_m: float) -> float:
 
 
 @kernel
+def _before_m(way: WayState, j: int) -> float:
+    """Return the way up to which the robot may come before a pose that it may not reach.
+
+    One that is nearer to something than it may be stops at the pose before: half of the way to the next one in each
+    scan would be a creep into contact.
+    """
+    before_m: float = way.ahead_m[max(j - 1, 0)]
+    if min(way.clear_m[0], way.standing_m[0]) + way.slack_m[0] < way.margin_m + way.error_m:
+        return before_m
+    return 0.5 * (before_m + way.ahead_m[j])
+
+
+@kernel
 def _stopping(way: WayState) -> StopFigures:
     return StopFigures(way.reaction_s, way.braking_mps2, way.creep_s, way.braking_mps2 * way.lag_s)
 
@@ -183,7 +196,7 @@ def _allowed_mps(way: WayState, travelled_m: float, off_m: float, age_s: float) 
             by_s = latest_at(far_m - travelled_m, v, stopping)
             if not fixed and room_m >= way.thing_mps * (age_s + by_s) - _EXACT_M:
                 continue
-            slower = speed_to_stop_in(near_m - travelled_m, stopping) if j > 0 else 0.0
+            slower = speed_to_stop_in(_before_m(way, j) - travelled_m, stopping) if j > 0 else 0.0
             if way.thing_mps > 0.0 and not fixed:
                 left_s = room_m / way.thing_mps - age_s - stopping.reaction_s - stopping.creep_s
                 slower = max(slower, stopping.braking_mps2 * left_s)
@@ -232,7 +245,7 @@ def find_stop(computer: Computer) -> None:
     for j in range(len(way.ahead_m)):
         needed_m = _needed_m(way, j, off_m) - _EXACT_M
         if math.isinf(way.stop_m) and (way.clear_m[j] < needed_m + grown_m or way.standing_m[j] < needed_m):
-            way.stop_m = _ends_m(way, j)[0]
+            way.stop_m = _before_m(way, j)
         needed_m -= off_m
         way.room_m = min(way.room_m, way.clear_m[j] - needed_m)
         way.fixed_room_m = min(way.fixed_room_m, way.standing_m[j] - needed_m)
