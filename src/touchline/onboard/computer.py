@@ -80,7 +80,7 @@ class Onboard:
         follower: Follower in place of the configured one.
 
     Attributes:
-        perception: What the robot sees by its lidars; None without one.
+        perception: Surroundings of the robot by its lidars; None without one.
         protection: Protection against contact, which takes what the robot's lidars see.
     """
 

@@ -46,7 +46,7 @@ class _Lidar:
 
 
 class Perception:
-    """Picture that a robot has of its surroundings by its lidars.
+    """Surroundings of a robot, as its lidars show them.
 
     Args:
         vehicle: The nominal robot, with one lidar or more.
