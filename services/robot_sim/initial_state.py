@@ -54,7 +54,7 @@ _MADE_OF_SETUP: Final = frozenset(
     )
 )
 """Fields derived from the setup, in addition to all records that are called `figures`; the next are reset by a job."""
-_MADE_OF_JOB: Final = (f"{COMPUTER}.leg.", f"{COMPUTER}.guidance.")
+_MADE_OF_JOB: Final = (f"{COMPUTER}.leg.", f"{COMPUTER}.guidance.", f"{COMPUTER}.way.")
 _MOST: Final[Mapping[str, float]] = {
     f"{_TRANSPORT}.pending_count": PENDING,
     f"{COMPUTER}.safety.flow_first": FLOW_WINDOW_TICKS - 1,
