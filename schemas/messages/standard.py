@@ -226,6 +226,7 @@ class Range(Message):
     min_range: float = 0.0
     max_range: float = 0.0
     range: float = 0.0
+    variance: float = 0.0
 
 
 class JointState(Message):

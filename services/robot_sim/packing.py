@@ -122,6 +122,7 @@ def _sensor_sample(sample: AuxiliarySample, spec: SensorSpec) -> Payload:
             min_range=spec.min_m,
             max_range=spec.max_m,
             range=sample.values[0],
+            variance=spec.sigma_m**2,
         )
         return topics.RANGE, encode(message)
     return topics.SENSOR_SAMPLE, encode(m.SensorSample(header=head, kind=spec.kind, values=sample.values))
