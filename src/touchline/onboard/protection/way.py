@@ -143,9 +143,9 @@ def _before_m(way: WayState, j: int) -> float:
     scan would be a creep into contact.
     """
     before_m: float = way.ahead_m[max(j - 1, 0)]
-    if min(way.clear_m[0], way.standing_m[0]) + way.slack_m[0] < way.margin_m + way.error_m:
-        return before_m
-    return 0.5 * (before_m + way.ahead_m[j])
+    if min(way.clear_m[0], way.standing_m[0]) + way.slack_m[0] >= way.margin_m + way.error_m:
+        before_m = 0.5 * (before_m + way.ahead_m[j])
+    return before_m
 
 
 @kernel
