@@ -27,6 +27,8 @@ MANOEUVRES_MAX: Final = 400
 """A way with more straights than this is not driven."""
 # Share of the distance of the body from a wall that becomes its margin, if the margin asked for is more.
 SPARE_SHARE: Final = 0.5
+# Margin (m) beside the usual one that leaves room for turns at corners.
+ROOM_M: Final = 0.25
 # Grounds whose maps are kept.
 GROUNDS_KEPT: Final = 8
 
@@ -82,6 +84,19 @@ class GroundWays:
                 f"give a margin below {self.margin_m:g} m, or another goal",
             )
         return tightened(found, goal, self.body)
+
+    def roomy_legs(self, start: PathPose, goal: PathPose) -> Legs | None:
+        """Find a way with room for turns at corners; None if there is none by the roadmap, or no room at an end."""
+        wider = self._wider
+        ends = [pose for pose in (start, goal) if not math.isnan(pose.heading_rad)]
+        if not all(wider.body.stands_free(pose) for pose in ends):
+            return None
+        found = wider.roadmap.way(start, goal)
+        return None if found is None else tightened(found, goal, wider.body)
+
+    @cached_property
+    def _wider(self) -> GroundWays:
+        return GroundWays(self._ground, self._outline, self.margin_m + ROOM_M)
 
     def refuse_unreachable(self, start: PathPose, goal: PathPose) -> None:
         """Refuse a goal for which no way of the body is proved to exist, even of one that may reverse.
