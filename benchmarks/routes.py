@@ -87,7 +87,7 @@ def main(worlds: int = 100, goals: int = 10, passages: int = 50) -> None:
 
 def _denser(ground: ObstructedGround) -> GroundWays:
     """Ways by a map with more places and more straights from each."""
-    finer = {"SPACING_M": 0.2, "CORNER_SPACING_M": 0.05, "NEAREST": 40, "ENTRIES": 600}
+    finer = {"SAMPLE_M": 0.15, "SPACING_M": 0.12, "NEAREST": 80, "CORNERS": 200, "ENTRIES": 2000}
     ways = GroundWays(ground, OUTLINE, 0.0)
     with mock.patch.multiple(roadmaps, **finer):
         assert ways.roadmap

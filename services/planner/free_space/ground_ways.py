@@ -24,7 +24,9 @@ from touchline.services.planner.free_space.tightening import tightened
 from touchline.services.planner.geometry.clothoid import PathPose
 
 MANOEUVRES_MAX: Final = 400
-"""A way with more straights than this is not driven."""
+"""A way with more straights than this is not driven,"""
+SEARCHED_MAX: Final = 2000
+"""and one with more before it is shortened is not looked at."""
 # Share of the distance of the body from a wall that becomes its margin, if the margin asked for is more.
 SPARE_SHARE: Final = 0.5
 # Margin (m) beside the usual one that leaves room for turns at corners.
@@ -76,14 +78,15 @@ class GroundWays:
         found = self.roadmap.way(start, goal)
         if found is None:
             self.refuse_unreachable(start, goal)
-            found = way_through_slices(self._reachability, start, goal, self.body, MANOEUVRES_MAX)
-        if found is None:
+            found = way_through_slices(self._reachability, start, goal, self.body, SEARCHED_MAX)
+        legs = None if found is None else tightened(found, goal, self.body)
+        if legs is None or legs.manoeuvres > MANOEUVRES_MAX:
             raise PlanningError(
                 "",
                 f"has a goal that takes more than {MANOEUVRES_MAX} manoeuvres in narrow places",
                 f"give a margin below {self.margin_m:g} m, or another goal",
             )
-        return tightened(found, goal, self.body)
+        return legs
 
     def roomy_legs(self, start: PathPose, goal: PathPose) -> Legs | None:
         """Find a way with room for turns at corners; None if there is none by the roadmap, or no room at an end."""

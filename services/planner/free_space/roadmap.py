@@ -23,13 +23,13 @@ SECTORS = 72
 # Distance of the body from a corner that it drives round (m).
 OFF_M = 0.02
 # Spacing of samples of walls for the medial axis, and of the places on it (m).
-SAMPLE_M, SPACING_M = 0.3, 0.35
+SAMPLE_M, SPACING_M = 0.25, 0.2
 # Spacing of corners, and error that they may have (m).
-CORNER_SPACING_M, SIMPLIFIED_M = 0.1, 0.02
+CORNER_SPACING_M, SIMPLIFIED_M = 0.05, 0.02
 # Number of nearest places that a place is joined with: corners with corners, and places of the medial axis with all.
-CORNERS, NEAREST = 60, 12
+CORNERS, NEAREST = 60, 30
 # Number of nearest places that a start or a goal is joined with.
-ENTRIES = 250
+ENTRIES = 500
 
 
 class Roadmap:
