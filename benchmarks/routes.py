@@ -7,7 +7,6 @@
 import math
 import time
 from collections import Counter
-from unittest import mock
 
 import numpy as np
 import shapely
@@ -16,12 +15,12 @@ from benchmarks._free_worlds import box, random_pose, world
 from benchmarks._settings import Small
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.free_space import roadmap as roadmaps
 from touchline.services.planner.free_space.convex_parts import body_parts
 from touchline.services.planner.free_space.ground_ways import GroundWays
 from touchline.services.planner.free_space.narrowest import narrowest_place
 from touchline.services.planner.free_space.obstructed_ground import ObstructedGround
 from touchline.services.planner.free_space.reachability import Reachability
+from touchline.services.planner.free_space.roadmap import Roadmap
 from touchline.services.planner.free_space.slices import Slicer
 from touchline.services.planner.geometry.clothoid import PathPose
 
@@ -87,10 +86,8 @@ def main(worlds: int = 100, goals: int = 10, passages: int = 50) -> None:
 
 def _denser(ground: ObstructedGround) -> GroundWays:
     """Ways by a map with more places and more straights from each."""
-    finer = {"SAMPLE_M": 0.15, "SPACING_M": 0.12, "NEAREST": 80, "CORNERS": 200, "ENTRIES": 2000}
     ways = GroundWays(ground, OUTLINE, 0.0)
-    with mock.patch.multiple(roadmaps, **finer):
-        assert ways.roadmap
+    ways.roadmap = Roadmap(ways.body, finer=3)
     return ways
 
 

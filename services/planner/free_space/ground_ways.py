@@ -29,6 +29,8 @@ SEARCHED_MAX: Final = 2000
 """and one with more before it is shortened is not looked at."""
 # Share of the distance of the body from a wall that becomes its margin, if the margin asked for is more.
 SPARE_SHARE: Final = 0.5
+# Factor by which a roadmap is finer that is looked at where the usual one has no way.
+FINER: Final = 2
 # Margin (m) beside the usual one that leaves room for turns at corners.
 ROOM_M: Final = 0.25
 # Grounds whose maps are kept.
@@ -62,6 +64,10 @@ class GroundWays:
         return Roadmap(self.body)
 
     @cached_property
+    def _finer_roadmap(self) -> Roadmap:
+        return Roadmap(self.body, FINER)
+
+    @cached_property
     def _reachability(self) -> Reachability:
         return Reachability(Slicer(self._ground, self._parts))
 
@@ -75,7 +81,7 @@ class GroundWays:
         Raises:
             PlanningError: There is none, or none was found; it says why.
         """
-        found = self.roadmap.way(start, goal)
+        found = self.roadmap.way(start, goal) or self._finer_roadmap.way(start, goal)
         if found is None:
             self.refuse_unreachable(start, goal)
             found = way_through_slices(self._reachability, start, goal, self.body, SEARCHED_MAX)
