@@ -7,8 +7,6 @@
 import math
 import time
 from collections import Counter
-from contextlib import ExitStack
-from unittest import mock
 
 import numpy as np
 import shapely
@@ -17,12 +15,12 @@ from benchmarks._free_worlds import box, random_pose, world
 from benchmarks._settings import Small
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.free_space import roadmap as roadmaps
 from touchline.services.planner.free_space.convex_parts import body_parts
 from touchline.services.planner.free_space.ground_ways import GroundWays
 from touchline.services.planner.free_space.narrowest import narrowest_place
 from touchline.services.planner.free_space.obstructed_ground import ObstructedGround
 from touchline.services.planner.free_space.reachability import Reachability
+from touchline.services.planner.free_space.roadmap import Roadmap
 from touchline.services.planner.free_space.slices import Slicer
 from touchline.services.planner.geometry.clothoid import PathPose
 
@@ -49,7 +47,7 @@ def main(worlds: int = 100, goals: int = 10, passages: int = 50) -> None:
         ground, rng = world(seed), np.random.default_rng(seed + 1000)
         begun = time.process_time()
         ways = GroundWays(ground, OUTLINE, 0.0)
-        assert ways.roadmap is not None
+        assert ways.roadmap
         maps_s.append(time.process_time() - begun)
         dense = _denser(ground)
         reachability = Reachability(Slicer(ground, body_parts(OUTLINE, 0.0)))
@@ -88,12 +86,8 @@ def main(worlds: int = 100, goals: int = 10, passages: int = 50) -> None:
 
 def _denser(ground: ObstructedGround) -> GroundWays:
     """Ways by a map with more places and more straights from each."""
-    finer = {"SPACING_M": 0.2, "CORNER_SPACING_M": 0.05, "NEAREST": 40, "ENTRIES": 600}
     ways = GroundWays(ground, OUTLINE, 0.0)
-    with ExitStack() as stack:
-        for name, value in finer.items():
-            stack.enter_context(mock.patch.object(roadmaps, name, value))
-        assert ways.roadmap is not None
+    ways.roadmap = Roadmap(ways.body, finer=3)
     return ways
 
 

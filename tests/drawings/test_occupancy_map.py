@@ -50,8 +50,8 @@ def test_yaw_turns_about_the_lower_left_corner(tmp_path, pixels):
 
 
 def test_negate_and_raw(tmp_path, pixels):
-    shade = 255 - pixels
-    negated = taken(load_map(write(tmp_path, shade, negate=1)))
+    pixels[3, 5] = 128
+    negated = taken(load_map(write(tmp_path, 255 - pixels, negate=1)))
     raw = taken(load_map(write(tmp_path, np.where(pixels == FREE, 0, 100), mode="raw")))
     assert negated.symmetric_difference(raw).area < 1e-9
 

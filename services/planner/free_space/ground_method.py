@@ -14,6 +14,7 @@ from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.poses.dubins_paths import with_heading
 from touchline.services.planner.poses.g2_path import G2Path, paths_by_g2
 from touchline.services.planner.poses.pose_method import PoseMethod, PosePath, heading_note
+from touchline.services.planner.poses.rest_to_rest import rest_to_rest_s
 from touchline.services.planner.poses.traveller import TURN_SHARES, Traveller
 from touchline.services.planner.steering.turns import ContinuousTurn
 
@@ -58,7 +59,11 @@ def _round_obstacles(start: PathPose, goal: PathPose, traveller: Traveller, ways
     if traveller.can_spin and traveller.can_reverse:
         speeds = (share * limits.transit_speed_mps for share in sorted(TURN_SHARES, reverse=True))
         turns = [ContinuousTurn(*turn) for turn in map(limits.turn_at, speeds) if turn[0] > 0.0]
-        return rounded(ways.legs(start, goal), turns, ways.body)
+        offers = [rounded(ways.legs(start, goal), turns, ways.body)]
+        roomy = ways.roomy_legs(start, goal)
+        if roomy is not None:
+            offers.append(rounded(roomy, turns, ways.body))
+        return min(offers, key=lambda path: rest_to_rest_s(path.pieces, traveller))
     aimed, _ = with_heading(start, goal, limits.curvature_max_1pm)
     found = curve_way(start, aimed, traveller, ways.body, lambda a, b: paths_by_g2(a, b, traveller))
     if found is None:

@@ -24,9 +24,15 @@ from touchline.services.planner.free_space.tightening import tightened
 from touchline.services.planner.geometry.clothoid import PathPose
 
 MANOEUVRES_MAX: Final = 400
-"""A way with more straights than this is not driven."""
+"""A way with more straights than this is not driven,"""
+SEARCHED_MAX: Final = 2000
+"""and one with more before it is shortened is not looked at."""
 # Share of the distance of the body from a wall that becomes its margin, if the margin asked for is more.
 SPARE_SHARE: Final = 0.5
+# Factor by which a roadmap is finer that is looked at where the usual one has no way.
+FINER: Final = 2
+# Margin (m) beside the usual one that leaves room for turns at corners.
+ROOM_M: Final = 0.25
 # Grounds whose maps are kept.
 GROUNDS_KEPT: Final = 8
 
@@ -58,6 +64,10 @@ class GroundWays:
         return Roadmap(self.body)
 
     @cached_property
+    def _finer_roadmap(self) -> Roadmap:
+        return Roadmap(self.body, FINER)
+
+    @cached_property
     def _reachability(self) -> Reachability:
         return Reachability(Slicer(self._ground, self._parts))
 
@@ -71,17 +81,31 @@ class GroundWays:
         Raises:
             PlanningError: There is none, or none was found; it says why.
         """
-        found = self.roadmap.way(start, goal)
+        found = self.roadmap.way(start, goal) or self._finer_roadmap.way(start, goal)
         if found is None:
             self.refuse_unreachable(start, goal)
-            found = way_through_slices(self._reachability, start, goal, self.body, MANOEUVRES_MAX)
-        if found is None:
+            found = way_through_slices(self._reachability, start, goal, self.body, SEARCHED_MAX)
+        legs = None if found is None else tightened(found, goal, self.body)
+        if legs is None or legs.manoeuvres > MANOEUVRES_MAX:
             raise PlanningError(
                 "",
                 f"has a goal that takes more than {MANOEUVRES_MAX} manoeuvres in narrow places",
                 f"give a margin below {self.margin_m:g} m, or another goal",
             )
-        return tightened(found, goal, self.body)
+        return legs
+
+    def roomy_legs(self, start: PathPose, goal: PathPose) -> Legs | None:
+        """Find a way with room for turns at corners; None if there is none by the roadmap, or no room at an end."""
+        wider = self._wider
+        ends = [pose for pose in (start, goal) if not math.isnan(pose.heading_rad)]
+        if not all(wider.body.stands_free(pose) for pose in ends):
+            return None
+        found = wider.roadmap.way(start, goal)
+        return None if found is None else tightened(found, goal, wider.body)
+
+    @cached_property
+    def _wider(self) -> GroundWays:
+        return GroundWays(self._ground, self._outline, self.margin_m + ROOM_M)
 
     def refuse_unreachable(self, start: PathPose, goal: PathPose) -> None:
         """Refuse a goal for which no way of the body is proved to exist, even of one that may reverse.

@@ -23,13 +23,13 @@ SECTORS = 72
 # Distance of the body from a corner that it drives round (m).
 OFF_M = 0.02
 # Spacing of samples of walls for the medial axis, and of the places on it (m).
-SAMPLE_M, SPACING_M = 0.3, 0.35
+SAMPLE_M, SPACING_M = 0.25, 0.2
 # Spacing of corners, and error that they may have (m).
-CORNER_SPACING_M, SIMPLIFIED_M = 0.1, 0.02
+CORNER_SPACING_M, SIMPLIFIED_M = 0.05, 0.02
 # Number of nearest places that a place is joined with: corners with corners, and places of the medial axis with all.
-CORNERS, NEAREST = 60, 12
+CORNERS, NEAREST = 60, 30
 # Number of nearest places that a start or a goal is joined with.
-ENTRIES = 250
+ENTRIES = 500
 
 
 class Roadmap:
@@ -38,17 +38,22 @@ class Roadmap:
     A vertex of its graph is a place with one of the ranges of heading that are free there.
     """
 
-    def __init__(self, body: WalledBody) -> None:
-        """Find the places and the straights."""
-        self._body = body
-        corners, axis = _corner_places(body), _axis_places(body)
+    def __init__(self, body: WalledBody, finer: int = 1) -> None:
+        """Find the places and the straights.
+
+        Args:
+            body: The body among walls.
+            finer: Factor by which places are closer to each other and joined with more others.
+        """
+        self._body, self._nearest_places = body, ENTRIES * finer
+        corners, axis = _corner_places(body, CORNER_SPACING_M / finer), _axis_places(body, finer)
         self._places = np.concatenate((corners, axis))
         self._vertex = _ranges(body.turning(self._places, SECTORS))
         self._count = int(self._vertex.max(initial=-1)) + 1
         self._place = np.zeros(self._count, np.int64)
         rows, sectors = np.nonzero(self._vertex >= 0)
         self._place[self._vertex[rows, sectors]] = rows
-        first, second = _near(self._places, len(corners)).T
+        first, second = _near(self._places, len(corners), finer).T
         ends = np.hstack((self._places[first], self._places[second]))
         edges = []
         for sign, heading in self._headings(ends):
@@ -86,7 +91,7 @@ class Roadmap:
         """Costs (n,) of the straights from a pose to each vertex, and their directions."""
         costs, signs = np.full(self._count, np.inf), np.ones(self._count)
         off = np.hypot(*(self._places - (pose.x_m, pose.y_m)).T)
-        near = np.argsort(off, kind="stable")[:ENTRIES]
+        near = np.argsort(off, kind="stable")[: self._nearest_places]
         ends = np.hstack((np.broadcast_to((pose.x_m, pose.y_m), (len(near), 2)), self._places[near]))
         here = _ranges(self._body.turning(np.array([[pose.x_m, pose.y_m]]), SECTORS))[0]
         allowed = here >= 0
@@ -138,24 +143,24 @@ def _ranges(free: NDArray[np.bool_]) -> Ints:
     return np.where(free, numbers, -1)
 
 
-def _corner_places(body: WalledBody) -> Floats:
+def _corner_places(body: WalledBody, spacing_m: float) -> Floats:
     """Corners of the ground less the body's half widths and its reach."""
     sides = body.corners[:, 1]
     found = [np.empty((0, 2))]
     for off in sorted({float(sides.max()), float(-sides.min()), body.reach_m}):
         kept = as_area(buffer(body.ground.free, -off - OFF_M, join_style="mitre")).simplify(SIMPLIFIED_M)
         found.append(shapely.get_coordinates(kept))
-    return _thinned(np.concatenate(found), CORNER_SPACING_M)
+    return _thinned(np.concatenate(found), spacing_m)
 
 
-def _axis_places(body: WalledBody) -> Floats:
+def _axis_places(body: WalledBody, finer: int) -> Floats:
     """Places in the middle between walls, where the narrowest part of the body has room."""
-    samples = shapely.MultiPoint(shapely.get_coordinates(shapely.segmentize(body.ground.free, SAMPLE_M)))
+    samples = shapely.MultiPoint(shapely.get_coordinates(shapely.segmentize(body.ground.free, SAMPLE_M / finer)))
     vertices = shapely.get_coordinates(shapely.voronoi_polygons(samples, only_edges=True))
     least = min(float(body.corners[:, 1].max()), float(-body.corners[:, 1].min()))
     room = as_area(buffer(body.ground.free, -0.9 * least))
     shapely.prepare(room)
-    return _thinned(vertices[shapely.contains_xy(room, vertices)], SPACING_M)
+    return _thinned(vertices[shapely.contains_xy(room, vertices)], SPACING_M / finer)
 
 
 def _thinned(places: Floats, spacing_m: float) -> Floats:
@@ -164,11 +169,11 @@ def _thinned(places: Floats, spacing_m: float) -> Floats:
     return places[np.sort(kept)]
 
 
-def _near(places: Floats, corners: int) -> Ints:
+def _near(places: Floats, corners: int, finer: int) -> Ints:
     """Pairs (n, 2) of places that straights are looked for between."""
     off = np.hypot(*(places[:, None] - places[None]).T)
     np.fill_diagonal(off, np.inf)
-    nearest = np.argsort(off, axis=1)[:, :NEAREST]
-    among = np.argsort(off[:corners, :corners], axis=1)[:, :CORNERS]
+    nearest = np.argsort(off, axis=1)[:, : NEAREST * finer]
+    among = np.argsort(off[:corners, :corners], axis=1)[:, : CORNERS * finer]
     pairs = [(i, j) for rows in (nearest, among) for i, row in enumerate(rows.tolist()) for j in row]
     return np.unique(np.sort(np.array(pairs, dtype=np.int64).reshape(-1, 2), axis=1), axis=0)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
-from touchline.core.robust_overlay import difference
 from touchline.schemas.known_ground import KnownGround
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import Plan
@@ -17,7 +16,7 @@ from touchline.services.planner.plots.style import INK, plan_style, save
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SIZE_IN, DPI, STEP_M, MARGIN_M = 9.0, 160, 0.05, 1.0
+SIZE_IN, DPI, STEP_M = 9.0, 160, 0.05
 # Spacing of drawn bodies along the path, m and rad.
 BODY_EVERY_M, BODY_EVERY_RAD = 0.5, 0.5
 GRASS, PATH, BODY = "#dfe9d8", "#d9480f", "#1769aa"
@@ -42,7 +41,6 @@ def plot_way(plan: Plan, ground: KnownGround, vehicle: Vehicle, path: Path | str
         figure = Figure(figsize=(SIZE_IN, SIZE_IN), layout="constrained")
         axes = figure.add_subplot()
         axes.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
-        axes.set_facecolor(GRASS)
         axes.set_title(f"{plan.report.total_length_m:.2f} m, {plan.report.total_time_s:.1f} s", color=INK)
         _draw(axes, plan, ground, vehicle)
         save(figure, path, DPI)
@@ -53,8 +51,7 @@ def _draw(axes: "Axes", plan: Plan, ground: KnownGround, vehicle: Vehicle) -> No
     if ground.boundary:
         boundary = shapely.Polygon(ground.boundary)
         outline_ground(axes, boundary, BOUNDARY, "solid")
-        outside = shapely.box(*shapely.bounds(shapely.buffer(boundary, MARGIN_M)))
-        fill_ground(axes, difference(outside, boundary), "#ffffff", "outside")
+        fill_ground(axes, boundary, GRASS, "ground")
     fill_ground(axes, obstacles, OBSTACLE, "obstacles")
     for section in plan.sections:
         driven = section.path

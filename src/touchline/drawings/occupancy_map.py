@@ -24,6 +24,8 @@ from touchline.schemas.spec import Spec, problems_of, read_text
 
 CELLS_MAX: Final = 25_000_000
 """Largest number of cells of a map."""
+UNKNOWN: Final = 205
+"""Grey value of unknown cells as Nav2 saves them, which its own free_thresh of 0.25 would take for free."""
 # Depth (cells) of corners that are filled, pass by pass.
 FILLED: Final = (0.8, 0.3, 0.3)
 _WHITE: Final = frozenset(b" \t\n\r\v\f")
@@ -70,6 +72,8 @@ def load_map(path: Path) -> KnownGround:
     else:
         occupancy = shade if described.negate else 1.0 - shade
     free = occupancy < described.free_thresh
+    if described.mode == "trinary" and not described.negate:
+        free &= pixels != UNKNOWN
     if not free.any():
         raise SpecError(str(image), "", "has no free cell", "check negate and free_thresh in the YAML file")
     height, width = free.shape
