@@ -238,7 +238,7 @@ def test_a_signal_finishes_the_recording_that_was_begun_with_the_bridge(robot: R
     assert read_summary(path).complete
 
 
-LIMIT_FILE_SIZE = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))"
+LIMIT_FILE_SIZE = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (75_000, resource.RLIM_INFINITY))"
 
 
 def test_a_full_disk_ends_the_recording_but_not_the_service(robot: Robot, tmp_path: Path) -> None:
