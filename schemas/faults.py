@@ -131,7 +131,7 @@ class LidarFalseReturns(Fault):
     """This share of the beams of every lidar has a false return in each scan: heavy rain, dust, insects."""
 
     kind: Literal["lidar-false-returns"]
-    share: Annotated[float, Field(gt=0, le=0.2)] = 0.005
+    share: Annotated[float, Field(ge=0, le=1)] = 0.005
 
 
 class MessagesLate(Fault):

@@ -75,7 +75,7 @@ class ScriptedOnboard:
         if self.state == TraversalStatus.RUNNING:
             raise CommandRefused("a traversal is under way")
 
-    def prepare(self, _trajectory, _boundary=()):
+    def prepare(self, _trajectory, _boundary=(), _obstacles=()):
         return None
 
     def take(self, _course, _resume=None):

@@ -51,8 +51,10 @@ HARMLESS = {
     "steering-offset": {},
     "disc-stuck": {"position": "up"},
     "nozzle-clogged": {"share": 0.9},
+    "lidar-blind": {},
+    "lidar-false-returns": {},
 }
-"""All at once; the robot has no camera and no steering."""
+"""All at once; the robot has no camera, no lidar and no steering."""
 OTHER_FIGURES = [
     ("gnss-degraded", {"fix": "float", "claimed_m": 0.02}, "a float fix", True),
     ("gnss-degraded", {"fix": "single"}, "a single fix", True),

@@ -54,7 +54,7 @@ def test_a_robot_that_waits_for_an_operator_is_given_up_at_once(job):
 
 def test_a_robot_that_never_comes_to_rest_ends_the_simulation_all_the_same(job, monkeypatch):
     """As one may whose drive is somebody's plug-in."""
-    monkeypatch.setattr(simulation, "_PATIENCE_SLICES", 3)
+    monkeypatch.setattr(simulation, "_PATIENCE_TICKS", 3000)
     monkeypatch.setattr(emulator, "RESTING_MPS", -1.0)
     assert simulate(job, Scenario(noise="none")).report.success
 

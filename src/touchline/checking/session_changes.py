@@ -6,6 +6,7 @@ from touchline.recordings.code_identity import own_version
 
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
+        "Obstacles of a template are in the emulated world: a robot that drives against one is stopped by it.",
         (
             "A drive to a goal without Zenoh records the sprayer's state in its first tick only if that has changed; "
             "recordings of such drives by 0.1.0 are read, not checked."
