@@ -26,7 +26,8 @@ def world(seed: int) -> ObstructedGround:
 def random_pose(rng: np.random.Generator, ground: ObstructedGround, outline: Outline) -> PathPose:
     """Pose at which a body is 2 mm or more off everything."""
     while True:
-        pose = PathPose(*rng.uniform(0.0, SIZE_M, 2), rng.uniform(-math.pi, math.pi))
+        x_m, y_m = rng.uniform(0.0, SIZE_M, 2)
+        pose = PathPose(x_m, y_m, rng.uniform(-math.pi, math.pi))
         if ground.free.contains(placed(outline, pose).buffer(0.002)):
             return pose
 
@@ -61,7 +62,7 @@ def _rooms(rng: np.random.Generator) -> list[shapely.Polygon]:
 def _clutter(rng: np.random.Generator) -> list[shapely.Polygon]:
     count = int(rng.integers(25, 45))
     sizes = [(rng.uniform(0.5, SIZE_M - 0.5, 2), rng.uniform(0.2, 2.2), rng.uniform(0.15, 0.8)) for _ in range(count)]
-    return [box(*at, length, width, rng.uniform(0.0, math.pi)) for at, length, width in sizes]
+    return [box(at[0], at[1], length, width, rng.uniform(0.0, math.pi)) for at, length, width in sizes]
 
 
 def _traps(rng: np.random.Generator) -> list[shapely.Polygon]:
@@ -69,7 +70,8 @@ def _traps(rng: np.random.Generator) -> list[shapely.Polygon]:
     for _ in range(int(rng.integers(5, 9))):
         at, turn, deep, wide = rng.uniform(2.0, SIZE_M - 2.0, 2), rng.uniform(0.0, math.tau), rng.uniform(1.5, 4.0), 0.2
         width = rng.uniform(0.9, 2.5)
-        for wall in ((deep / 2, 0, wide, width + wide), (0, width / 2, deep, wide), (0, -width / 2, deep, wide)):
-            shape = shapely.affinity.rotate(box(*wall, 0.0), turn, origin=(0, 0), use_radians=True)
+        walls = ((deep / 2, 0, wide, width + wide), (0, width / 2, deep, wide), (0, -width / 2, deep, wide))
+        for x, y, length, across in walls:
+            shape = shapely.affinity.rotate(box(x, y, length, across, 0.0), turn, origin=(0, 0), use_radians=True)
             found.append(shapely.affinity.translate(shape, *at))
     return found
