@@ -58,6 +58,7 @@ class ScriptedOnboard:
         return Status(state=self.state, segment_id="s0", segment_count=1, elapsed_s=self._played / 100)
 
     checkpoint = None
+    perception = None
     warning = None
     lateral_error_m = 0.0
     spraying = False
