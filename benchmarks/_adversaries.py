@@ -241,7 +241,7 @@ def meet(crowd: Sequence[Crowd], computer: Computer, body: Floats, ticks: int, s
 
 
 class Met(NamedTuple):
-    """What happened among people.
+    """Contacts and motion of a robot among people.
 
     Attributes:
         moving: Contacts with the robot in motion, above CREPT_MPS.

@@ -14,7 +14,6 @@ from touchline.onboard.perception.hits import Hits
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Trajectory
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.plugins import SENSORS, KindParts
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.trajectories import assemble, segment, velocity
@@ -27,9 +26,6 @@ Floats = NDArray[np.float64]
 SCAN_TICKS = 10
 NOTHING: Floats = np.zeros((0, 2))
 STANDS_MPS = 0.005
-
-if not SENSORS.has("lidar"):
-    SENSORS.register("lidar", "shown hits only", KindParts(LidarSpec))
 
 
 def with_lidar(vehicle: Vehicle) -> Vehicle:
@@ -52,6 +48,7 @@ class ShownRobot:
         """Load the plan and start."""
         config = OnboardConfig.model_validate({"drive": {"grip": GRIPS.get(scenario.ground.surface, 0.6)}})
         onboard = Onboard(with_lidar(vehicle), config)
+        onboard.perception = None  # its hits are given instead
         self.emulator = Emulator(vehicle, scenario, config, onboard)
         self.emulator.load(plan, template or LINE)
         self._runner, self.things = FastRunner(self.emulator), NOTHING

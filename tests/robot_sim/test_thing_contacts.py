@@ -43,7 +43,7 @@ def run(world, seconds, command=STOP):
 
 
 def depth(world):
-    """How deep anything is inside the robot's outline, by shapely."""
+    """Greatest depth of anything inside the robot's outline, by shapely."""
     import shapely
     from shapely import affinity
 

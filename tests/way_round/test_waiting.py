@@ -1,4 +1,4 @@
-"""How long a robot waits before what is in its way, and what it does then."""
+"""Waiting before something in the way: its end, and what follows."""
 
 from typing import NamedTuple
 

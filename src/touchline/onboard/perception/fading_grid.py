@@ -26,7 +26,7 @@ FREE: Final = -0.4
 _MOST: Final = 4.0
 _HALF_LIFE_S: Final = 30.0
 _STRIDE: Final = 8
-"""Of so many beams one is followed in a scan, each in turn."""
+"""Beams of which one is followed in a scan, each in turn."""
 
 
 @kernel

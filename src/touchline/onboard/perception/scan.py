@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.jit import borrowing, kernel
+from touchline.core.polygons import crossed
 from touchline.core.records import Record
 from touchline.onboard.filter_model import EAST, HEADING, NORTH, RING
 from touchline.onboard.interface import TICKS_PER_S
@@ -91,21 +92,19 @@ class Beams(NamedTuple):
 
 @kernel
 def inside(x: float, y: float, corners: Floats) -> bool:
-    """Return whether a point lies in a polygon, by the parity of crossings.
+    """Return whether a point lies in a polygon, by the rule of `crossed`.
 
     Args:
         x: The point, with `y`.
         y: Its other coordinate.
         corners: (n, 2) corners.
     """
-    found = False
-    j = len(corners) - 1
+    found, a = False, complex(corners[-1, 0], corners[-1, 1])
     for i in range(len(corners)):
-        if (corners[i, 1] > y) != (corners[j, 1] > y):
-            share = (y - corners[i, 1]) / (corners[j, 1] - corners[i, 1])
-            if x < corners[i, 0] + share * (corners[j, 0] - corners[i, 0]):
-                found = not found
-        j = i
+        b = complex(corners[i, 0], corners[i, 1])
+        if crossed(complex(x, y), a, b):
+            found = not found
+        a = b
     return found
 
 
