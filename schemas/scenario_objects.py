@@ -174,8 +174,6 @@ class ScenarioObject(Spec):
     """Reflectivity, for the range of lidars."""
     soft: bool | None = None
     """True: it presses no bumper; if it is fixed, too, the robot drives through it, as through tall grass."""
-    known: bool = False
-    """The plan knows it."""
     motion: Motion = Still()
 
     @model_validator(mode="after")
