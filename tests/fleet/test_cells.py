@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 import shapely
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
+from scipy.optimize import linprog
 
 from tests.fleet.all_at_once import buffered_cells, stopping_segments
 from tests.fleet.teams import square
@@ -27,6 +28,15 @@ def shape_of(corners):
 
 def line(segment):
     return shapely.LineString(np.asarray(segment).reshape(2, 2))
+
+
+def radius_of_largest_disc_m(cell):
+    """Radius of the largest disc that all half-planes of a cell hold, negative if they have no point in common."""
+    rows = cell.half_planes[np.abs(cell.half_planes[:, :2]).sum(axis=1) > 0.0]
+    constraints = np.column_stack((rows[:, :2], np.ones(len(rows))))
+    found = linprog((0.0, 0.0, -1.0), constraints, rows[:, 2], bounds=(None, None))
+    assert found.success, found.message
+    return found.x[2]
 
 
 def segments(*rows):
@@ -109,6 +119,7 @@ def test_robots_that_are_about_to_meet_are_named():
 @pytest.mark.parametrize("area", [square(6.0), L_SHAPE, COURT], ids=["square", "L", "court"])
 @settings(max_examples=30)
 @given(st.lists(st.tuples(points, st.floats(0, math.tau), st.floats(0, 0.5)), min_size=1, max_size=8))
+@example([(0.25 + 0.25j, 0.0, 0.0), (0.25 + 0.09517578j, 0.0, 0.0)])  # between a robot and a side: a cell without width
 def test_cells_hold_their_segments_and_keep_their_distance(area, team):
     free = shapely.union_all([shape_of(piece[:size]) for piece, size in zip(area.pieces, area.sizes, strict=True)])
     kept: list[np.ndarray] = []
@@ -123,11 +134,14 @@ def test_cells_hold_their_segments_and_keep_their_distance(area, team):
     assert max(cell.excess_m(row) for cell, row in zip(cells, rows, strict=True)) < 1e-12
     shapes = [shape_of(cell.corners) for cell in cells]
     for k, shape in enumerate(shapes):
+        if shape.is_empty:
+            assert radius_of_largest_disc_m(cells[k]) < 1e-9
+            continue
         assert shape.distance(lines[k]) < 1e-9
-        assert shape.is_empty or shape.distance(free.boundary) > min(0.2, lines[k].distance(free.boundary)) - 1e-9
+        assert shape.distance(free.boundary) > min(0.2, lines[k].distance(free.boundary)) - 1e-9
         assert free.buffer(1e-9).contains(shape)
         for j, other in enumerate(shapes[:k]):
-            if not (shape.is_empty or other.is_empty):
+            if not other.is_empty:
                 assert shape.distance(other) > min(0.4, lines[k].distance(lines[j])) - 1e-9
 
 

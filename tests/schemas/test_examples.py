@@ -15,27 +15,29 @@ OTHERS = {"small-robot.json", "three-robots.json"}
 EXAMPLES = sorted(path for path in (ROOT / "examples").glob("*.json") if path.name not in OTHERS)
 
 
-def example(page: str) -> str:
-    """The only JSON text of a page of the reference."""
+def examples(page: str) -> list[str]:
+    """The JSON texts of a page of the reference."""
     text = (ROOT / "docs" / "reference" / page).read_text(encoding="utf-8")
-    (found,) = re.findall(r"```json\n(.*?)```", text, re.DOTALL)
-    return str(found)
+    return re.findall(r"```json\n(.*?)```", text, re.DOTALL)
 
 
-def test_the_example_is_a_scenario() -> None:
-    scenario = parse(Scenario, example("scenarios.md"), "example")
+def test_the_examples_are_scenarios() -> None:
+    scenario, crowded = (parse(Scenario, text, "example") for text in examples("scenarios.md"))
+    assert [each.kind for each in crowded.objects] == ["goal", "person", "ball"]
     assert [fault.kind for fault in scenario.faults] == ["corrections-lost", "messages-late", "wheel-slip", "bumper"]
     assert scenario.sky and scenario.steel
 
 
 def test_the_example_is_a_template() -> None:
-    template = parse_template(example("templates.md"), "the page")
+    (only,) = examples("templates.md")
+    template = parse_template(only, "the page")
     assert [area.id for area in template.areas] == ["lawn"]
     assert template.area_m2 == pytest.approx(156.0)
 
 
 def test_the_example_is_a_team() -> None:
-    assert parse(TeamScenario, example("teams.md"), "the page").names == ("a", "b")
+    (only,) = examples("teams.md")
+    assert parse(TeamScenario, only, "the page").names == ("a", "b")
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
