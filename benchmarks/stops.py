@@ -202,7 +202,9 @@ class _Rig:
         finally:
             channel.rest()
         self._afterwards(stop, done, before)
-        if not problem:
+        if problem:
+            self._hand.finish_recording()  # one that began after its answer was due would refuse the next
+        else:
             self._check_recording(stop, recording)
 
     def _drive(self, stop: Stop, chance: random.Random) -> None:

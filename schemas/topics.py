@@ -172,6 +172,8 @@ WHEREABOUTS = Topic("traversal/whereabouts", m.Whereabouts, 10, units="m, s", to
 TRUE_WAY = Topic("truth/way", m.TrueWay, recorded=False, units="m", general=False)
 #: Of a robot with a lidar: what it sees near it.
 OBSTACLES = Topic("obstacles", m.Obstacles, 5, units="m, m/s", tolerance=1e-6, general=False)
+#: Of a robot with a lidar: what it does about things in its way.
+WAY_ROUND = Topic("traversal/way_round", m.WayRound, latched=True, units="m", tolerance=1e-6, general=False)
 #: From the coordinator to a robot.
 GUIDANCE = Topic("traversal/guidance", m.Guidance, units="m, s", tolerance=1e-6, general=False, publishers=_TEAM)
 PLAN = Topic("plan", m.Trajectory, latched=True, units="m", tolerance=1e-9)
@@ -279,6 +281,10 @@ PAUSE = Service("traversal/pause", m.CommandRequest, m.CommandResponse, ROBOT_SI
 RESUME = Service("traversal/resume", m.CommandRequest, m.CommandResponse, ROBOT_SIM, callers=_ORDERING | _TEAM)
 ABORT = Service("traversal/abort", m.CommandRequest, m.CommandResponse, ROBOT_SIM, urgent=True, callers=_STOPPING)
 ESTOP = Service("traversal/estop", m.CommandRequest, m.CommandResponse, ROBOT_SIM, urgent=True, callers=_STOPPING)
+#: Answers to a robot that waits before something: it is to wait on, to go round now, or to do so and not come back.
+WAIT_ON = Service("traversal/wait_on", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
+GO_ROUND = Service("traversal/go_round", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
+LEAVE_OUT = Service("traversal/leave_out", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 RESET = Service("traversal/reset", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 REFILL_TANK = Service("sprayer/refill", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 REPLACE_BATTERY = Service("battery/replace", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
@@ -353,6 +359,9 @@ ROBOT_SERVICES: tuple[Service[Any, Any], ...] = (
     RESET,
     REFILL_TANK,
     REPLACE_BATTERY,
+    WAIT_ON,
+    GO_ROUND,
+    LEAVE_OUT,
     AUTHORIZE,
     SET_SPEED,
     INJECT_FAULT,

@@ -162,6 +162,7 @@ from touchline.schemas.messages.viewing_messages import (
     TransformStamped,
     UVCoordinate,
 )
+from touchline.schemas.messages.way_round_messages import WayRound
 
 __all__ = [
     "AboutToMove",
@@ -312,5 +313,6 @@ __all__ = [
     "Velocity",
     "VelocityProfile",
     "VelocityType",
+    "WayRound",
     "Whereabouts",
 ]

@@ -1,0 +1,32 @@
+"""What a robot does about things in its way."""
+
+from typing import ClassVar
+
+from touchline.schemas.messages.base import Message, UInt8, UInt32
+from touchline.schemas.messages.plan_messages import LeftOutStretch
+from touchline.schemas.messages.standard import Header, Time
+
+
+class WayRound(Message):
+    """What a robot does about things in its way, and what of the job it has not done for them.
+
+    It is sent whenever that changes. ``things`` are those in the way, or that it goes round. A robot that ``WAITS``
+    goes round them at ``goes_round_at`` unless it is answered before; zero: it waits until they have gone. With
+    ``continues`` the job goes on after the present drive, whatever the report of that says. ``drives`` counts those of
+    the job so far. ``left_out`` are the stretches that are not painted, or not covered: those that can be reached are
+    tried again at the end.
+    """
+
+    DRIVES: ClassVar[int] = 0
+    WAITS: ClassVar[int] = 1
+    PLANS: ClassVar[int] = 2
+    FINDS_NO_WAY: ClassVar[int] = 3
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/WayRound"
+    header: Header = Header()
+    state: UInt8 = 0
+    things: tuple[str, ...] = ()
+    goes_round_at: Time = Time()
+    continues: bool = False
+    drives: UInt32 = 0
+    left_out: tuple[LeftOutStretch, ...] = ()
