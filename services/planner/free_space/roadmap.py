@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from touchline.core.robust_overlay import as_area, buffer
 from touchline.services.planner.free_space.body_sweeps import cheapest
@@ -24,6 +25,8 @@ SECTORS = 72
 OFF_M = 0.02
 # Spacing of samples of walls for the medial axis, and of the places on it (m).
 SAMPLE_M, SPACING_M = 0.25, 0.2
+# Number of samples of walls beyond which both are farther apart.
+SAMPLES_MAX = 20_000
 # Spacing of corners, and error that they may have (m).
 CORNER_SPACING_M, SIMPLIFIED_M = 0.05, 0.02
 # Number of nearest places that a place is joined with: corners with corners, and places of the medial axis with all.
@@ -155,12 +158,13 @@ def _corner_places(body: WalledBody, spacing_m: float) -> Floats:
 
 def _axis_places(body: WalledBody, finer: int) -> Floats:
     """Places in the middle between walls, where the narrowest part of the body has room."""
-    samples = shapely.MultiPoint(shapely.get_coordinates(shapely.segmentize(body.ground.free, SAMPLE_M / finer)))
+    coarser = max(body.ground.free.length / SAMPLE_M / SAMPLES_MAX, 1.0) / finer
+    samples = shapely.MultiPoint(shapely.get_coordinates(shapely.segmentize(body.ground.free, SAMPLE_M * coarser)))
     vertices = shapely.get_coordinates(shapely.voronoi_polygons(samples, only_edges=True))
     least = min(float(body.corners[:, 1].max()), float(-body.corners[:, 1].min()))
     room = as_area(buffer(body.ground.free, -0.9 * least))
     shapely.prepare(room)
-    return _thinned(vertices[shapely.contains_xy(room, vertices)], SPACING_M / finer)
+    return _thinned(vertices[shapely.contains_xy(room, vertices)], SPACING_M * coarser)
 
 
 def _thinned(places: Floats, spacing_m: float) -> Floats:
@@ -171,9 +175,14 @@ def _thinned(places: Floats, spacing_m: float) -> Floats:
 
 def _near(places: Floats, corners: int, finer: int) -> Ints:
     """Pairs (n, 2) of places that straights are looked for between."""
-    off = np.hypot(*(places[:, None] - places[None]).T)
-    np.fill_diagonal(off, np.inf)
-    nearest = np.argsort(off, axis=1)[:, : NEAREST * finer]
-    among = np.argsort(off[:corners, :corners], axis=1)[:, : CORNERS * finer]
-    pairs = [(i, j) for rows in (nearest, among) for i, row in enumerate(rows.tolist()) for j in row]
-    return np.unique(np.sort(np.array(pairs, dtype=np.int64).reshape(-1, 2), axis=1), axis=0)
+    nearest, among = _nearest(places, NEAREST * finer), _nearest(places[:corners], CORNERS * finer)
+    return np.unique(np.sort(np.concatenate((nearest, among)), axis=1), axis=0)
+
+
+def _nearest(places: Floats, count: int) -> Ints:
+    """Pairs (n, 2) of each place and those nearest to it."""
+    if len(places) < 2:
+        return np.empty((0, 2), dtype=np.int64)
+    _, others = KDTree(places).query(places, min(count + 1, len(places)))
+    pairs = np.column_stack((np.repeat(np.arange(len(places)), others.shape[1]), others.ravel()))
+    return pairs[pairs[:, 0] != pairs[:, 1]]
