@@ -29,8 +29,10 @@ SEARCHED_MAX: Final = 2000
 """and one with more before it is shortened is not looked at."""
 # Share of the distance of the body from a wall that becomes its margin, if the margin asked for is more.
 SPARE_SHARE: Final = 0.5
-# Factor by which a roadmap is finer that is looked at where the usual one has no way.
+# Factor by which a roadmap is finer that is looked at where the usual one has no way, or a detour:
 FINER: Final = 2
+# length of a way over the distance of the goal.
+DETOUR: Final = 1.25
 # Margin (m) beside the usual one that leaves room for turns at corners.
 ROOM_M: Final = 0.25
 # Grounds whose maps are kept.
@@ -81,7 +83,11 @@ class GroundWays:
         Raises:
             PlanningError: There is none, or none was found; it says why.
         """
-        found = self.roadmap.way(start, goal) or self._finer_roadmap.way(start, goal)
+        found = self.roadmap.way(start, goal)
+        apart_m = math.hypot(goal.x_m - start.x_m, goal.y_m - start.y_m)
+        if found is None or found.length_m > DETOUR * apart_m + self.body.reach_m:  # there may be one through a door
+            ways = [way for way in (found, self._finer_roadmap.way(start, goal)) if way is not None]
+            found = min(ways, key=lambda way: way.length_m, default=None)
         if found is None:
             self.refuse_unreachable(start, goal)
             found = way_through_slices(self._reachability, start, goal, self.body, SEARCHED_MAX)

@@ -25,6 +25,8 @@ SECTORS = 72
 OFF_M = 0.02
 # Spacing of samples of walls for the medial axis, and of the places on it (m).
 SAMPLE_M, SPACING_M = 0.25, 0.2
+# Factor by which places are closer where the body cannot turn.
+NARROW = 2
 # Number of samples of walls beyond which both are farther apart.
 SAMPLES_MAX = 20_000
 # Spacing of corners, and error that they may have (m).
@@ -159,12 +161,17 @@ def _corner_places(body: WalledBody, spacing_m: float) -> Floats:
 def _axis_places(body: WalledBody, finer: int) -> Floats:
     """Places in the middle between walls, where the narrowest part of the body has room."""
     coarser = max(body.ground.free.length / SAMPLE_M / SAMPLES_MAX, 1.0) / finer
-    samples = shapely.MultiPoint(shapely.get_coordinates(shapely.segmentize(body.ground.free, SAMPLE_M * coarser)))
+    samples = shapely.MultiPoint(
+        shapely.get_coordinates(shapely.segmentize(body.ground.free, SAMPLE_M * coarser / NARROW))
+    )
     vertices = shapely.get_coordinates(shapely.voronoi_polygons(samples, only_edges=True))
     least = min(float(body.corners[:, 1].max()), float(-body.corners[:, 1].min()))
-    room = as_area(buffer(body.ground.free, -0.9 * least))
-    shapely.prepare(room)
-    return _thinned(vertices[shapely.contains_xy(room, vertices)], SPACING_M * coarser)
+    room, wide = (as_area(buffer(body.ground.free, -off)) for off in (0.9 * least, body.reach_m))
+    shapely.prepare((room, wide))
+    vertices = vertices[shapely.contains_xy(room, vertices)]
+    turns = shapely.contains_xy(wide, vertices)
+    narrow = _thinned(vertices[~turns], SPACING_M * coarser / NARROW)
+    return np.concatenate((narrow, _thinned(vertices[turns], SPACING_M * coarser)))
 
 
 def _thinned(places: Floats, spacing_m: float) -> Floats:
@@ -185,4 +192,5 @@ def _nearest(places: Floats, count: int) -> Ints:
         return np.empty((0, 2), dtype=np.int64)
     _, others = KDTree(places).query(places, min(count + 1, len(places)))
     pairs = np.column_stack((np.repeat(np.arange(len(places)), others.shape[1]), others.ravel()))
-    return pairs[pairs[:, 0] != pairs[:, 1]]
+    apart: Ints = pairs[pairs[:, 0] != pairs[:, 1]]
+    return apart

@@ -1,0 +1,175 @@
+"""Jobs among things that no plan knows: contacts, how each job ends, what is left out, and the time that it costs.
+
+`python -m benchmarks timelines`; `runs` random timelines from `seed` on, on the `fields` by turns, with 5 to 40 things
+of which a third move at walking speed. What a report says is left out is compared with a raster of the true paint. Ends
+with exit code 1 after a contact in motion, or if a report is not true.
+"""
+
+import math
+import sys
+import time
+from collections import Counter
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks._settings import Small
+from benchmarks._stops_for_things import with_lidar
+from benchmarks._unknown_things import Box, random_things
+from touchline.core.arcs import abreast, unit
+from touchline.jobs.single.simulation import Job, Products, simulate
+from touchline.schemas.catalogue import load_template, load_vehicle
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import PaintMarks, PlanOptions
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
+from touchline.services.robot_sim.loaded_job import lines_and_start
+
+Floats = NDArray[np.float64]
+
+VEHICLES: Final = {"soccer-7": "turf-tank-two", "salt-pan": "clay-roller"}
+RASTER_M: Final = 0.01
+PAINTED_M: Final = 0.05
+"""Distance from a line within which a stroke paints it."""
+ALONG: Final = 0.9
+"""Share of a stroke's length that it has along a line which it paints."""
+TRUE_M: Final = 0.02
+"""Difference between reported and true ends of a gap."""
+BEYOND_M: Final = 2.0
+"""Margin round a field within which things are."""
+SMALL = Small(
+    {"runs": 1, "fields": "study-square"},
+    (
+        "# turf-tank-two study-square # things # m left out # s",
+        "# jobs: # contacts in motion, # with the robot at rest; # reports not true",
+        "turf-tank-two study-square # jobs: {'#': #}; # % of the lines left out; # times as long",
+    ),
+)
+
+
+class Timeline(NamedTuple):
+    """Outcome of one job among things."""
+
+    field: str
+    ending: str
+    moving: int
+    at_rest: int
+    left_out_m: float
+    untrue_m: float
+    time_s: float
+
+
+def main(runs: int = 200, seed: int = 1, fields: str = "soccer-7,salt-pan") -> None:
+    """Run the jobs, and print the figures."""
+    names = fields.split(",")
+    jobs = {name: Job.prepare(load_template(name), PlanOptions(), _vehicle(name)) for name in names}
+    alone_s = {name: _alone_s(job) for name, job in jobs.items()}
+    rows = [_run(number, names[number % len(names)], jobs) for number in range(seed, seed + runs)]
+    untrue = sum(row.untrue_m > TRUE_M for row in rows)
+    print(f"{len(rows)} jobs: {sum(row.moving for row in rows)} contacts in motion, ", end="")
+    print(f"{sum(row.at_rest for row in rows)} with the robot at rest; {untrue} reports not true")
+    for name in names:
+        mine = [row for row in rows if row.field == name]
+        if mine:
+            lines_m = sum(segment.curve().length_m for segment in jobs[name].template.segments)
+            share = np.mean([row.left_out_m for row in mine]) / lines_m if lines_m else math.nan
+            longer = np.mean([row.time_s for row in mine]) / alone_s[name]
+            print(f"{name} {len(mine)} jobs: {dict(Counter(row.ending for row in mine))}; ", end="")
+            print(f"{100.0 * share:.1f} % of the lines left out; {longer:.2f} times as long")
+    if untrue or any(row.moving for row in rows):
+        sys.exit(1)
+
+
+def _vehicle(field: str) -> Any:
+    return with_lidar(load_vehicle(VEHICLES.get(field, "turf-tank-two")))
+
+
+def _alone_s(job: Job) -> float:
+    """Time of the job with nothing in the way."""
+    return simulate(job, Scenario(seed=1)).report.total_time_s
+
+
+def _run(number: int, field: str, jobs: dict[str, Job]) -> Timeline:
+    job, rng, begun = jobs[field], np.random.default_rng(number), time.process_time()
+    _, start = lines_and_start(job.trajectory, job.template, job.vehicle, ())
+    things = random_things(rng, _box(job.template), start[:2])
+    scenario = Scenario(seed=number, objects=things)
+    try:
+        outcome = simulate(job, scenario, products=Products(strokes=True))
+        figures = outcome.figures(job)
+    except TouchlineError as error:
+        raise SystemExit(f"timeline {number}: {error}") from error
+    contacts = figures.get("contacts", {"while_moving": 0, "at_rest": 0})
+    gaps = figures.get("gaps", {"total_m": 0.0, "stretches": []})
+    untrue_m = _untrue_m(job.template, gaps["stretches"], outcome.strokes)
+    row = Timeline(
+        field,
+        figures["reason"].split(":")[0] or "finished",
+        contacts["while_moving"],
+        contacts["at_rest"],
+        gaps["total_m"],
+        untrue_m,
+        figures["traversal"]["total_time_s"],
+    )
+    print(f"{number:4} {field:10} {len(things):3} things {len(figures.get('drives', [1])):3} drives ", end="")
+    print(f"{row.moving:2} contacts in motion {row.at_rest:3} at rest {row.left_out_m:7.2f} m left out ", end="")
+    print(
+        f"(untrue by {untrue_m:.3f} m) {row.time_s:7.1f} s in {time.process_time() - begun:.0f} s  {row.ending}",
+        flush=True,
+    )
+    return row
+
+
+def _box(template: Template) -> Box:
+    lines = [np.column_stack(segment.curve().at([0.0, segment.curve().length_m])[:2]) for segment in template.segments]
+    points = np.concatenate([*lines, *(np.array(area.outline) for area in template.areas)])
+    low, high = points.min(axis=0) - BEYOND_M, points.max(axis=0) + BEYOND_M
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def _untrue_m(template: Template, gaps: Sequence[dict[str, Any]], strokes: Sequence[PaintMarks]) -> float:
+    """Return the longest stretch (m) that a report says is left out and is painted, or the other way round."""
+    worst_m = 0.0
+    for segment in template.segments:
+        curve = segment.curve()
+        at_m = np.arange(0.0, curve.length_m, RASTER_M)
+        painted, told = np.zeros(len(at_m), dtype=bool), np.zeros(len(at_m), dtype=bool)
+        row = np.array((curve.x_m, curve.y_m, curve.heading_rad, curve.curvature_1pm, curve.length_m))
+        for stroke in strokes:
+            painted |= _painted(row, len(at_m), stroke)
+        for gap in gaps:
+            if gap["line"] == segment.id:
+                told |= (at_m >= gap["along_m"][0]) & (at_m <= gap["along_m"][1])
+        worst_m = max(worst_m, _longest(painted & told), _longest(~painted & ~told))
+    return worst_m
+
+
+def _painted(row: Floats, cells: int, stroke: PaintMarks) -> NDArray[np.bool_]:
+    """Return which cells (n,) of a line's raster a stroke has painted that runs along it, and not only across."""
+    found = np.zeros(cells, dtype=bool)
+    heading = unit(float(row[2]))
+    ends = np.column_stack((stroke.x_m, stroke.y_m)) @ (1.0, 1.0j)
+    for a, b in pairwise(ends.tolist()):
+        from_m, to_m = (abreast(point, row, heading) for point in (a, b))
+        low_m, high_m = sorted((from_m, to_m))
+        if high_m - low_m < ALONG * abs(b - a):
+            continue
+        middle = _place(row, 0.5 * (low_m + high_m))
+        if abs(0.5 * (a + b) - middle) < PAINTED_M:
+            found[max(math.ceil(low_m / RASTER_M), 0) : math.floor(high_m / RASTER_M) + 1] = True
+    return found
+
+
+def _place(row: Floats, at_m: float) -> complex:
+    x, y, *_ = Curve(*row.tolist()).at(at_m)
+    return complex(x, y)
+
+
+def _longest(where: NDArray[np.bool_]) -> float:
+    """Length of the longest run of the raster (m)."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], where.astype(int), [0]))))
+    return RASTER_M * float((edges[1::2] - edges[::2]).max(initial=0))
