@@ -114,14 +114,22 @@ def test_who_runs_into_the_robot_at_rest_is_told_apart_and_presses_on():
 
 def test_driving_into_someone_who_touches_already_is_a_contact_while_moving():
     world = world_of({"kind": "person", "x_m": AHEAD_M + 0.21, "y_m": 0.0, "motion": {"kind": "intercept"}})
-    told, _ = run(world, 0.5)
+    told, _ = run(world, 1.2)
     assert [each.robot_mps for each in told] == [0.0]
     later = []
-    for tick in range(51, 101):
+    for tick in range(121, 171):
         world.step(rolling(1.0), tick)
         later += world.surroundings.new_contacts(tick)
     assert len(later) == 1
     assert later[0].robot_mps > 0.02
+
+
+@pytest.mark.parametrize("bearing", np.linspace(0.1, math.tau, 12, endpoint=False).tolist())
+def test_a_robot_at_rest_that_is_pushed_and_springs_back_has_not_driven_into_anyone(bearing):
+    place = {"x_m": 3.0 * math.cos(bearing), "y_m": 3.0 * math.sin(bearing)}
+    walks = {"kind": "intercept", "speed_mps": 1.3}
+    told, _ = run(world_of({"kind": "dog", **place, "motion": walks}), 4.0)
+    assert told and not any(each.robot_mps for each in told)
 
 
 def test_a_pushed_ball_rolls_on_slows_down_and_presses_no_bumper():

@@ -58,6 +58,7 @@ _MARGIN_M: Final = 0.05
 _TOUCHING_M: Final = 0.02  # more than anything closes in a step
 _GAIN_MPS: Final = 0.2  # gain of speed in a tick, but for blows, for which there is the margin
 _APART_TICKS: Final = 50  # a touch so long after the last one is another contact
+_PUSH_TICKS: Final = 100  # for so long the robot moves by the push of what has run into it, and springs back
 
 # Columns of a contact point.
 _P_X: Final = 0  # place relative to the centre of mass, map frame
@@ -313,12 +314,14 @@ def _note(things: Things, point: Floats, inverse: tuple[float, float], centre: t
             arc = point[_P_ARC]
             if begin <= arc <= end or (end < begin and (arc >= begin or arc <= end)):
                 things.pressed_n[s] += force_n
-    last, level = things.touched[thing, 0], things.touched[thing, 1]
+    last, level, begun = things.touched[thing, 0], things.touched[thing, 1], things.touched[thing, 2]
     robot, closing = point[_P_ROBOT], point[_P_CLOSING]
     begins = tick - last > _APART_TICKS or last == 0
     moving = 1 if abs(robot) > STANDING_MPS and (begins or robot > 0.0) else 0
     things.touched[thing, 0] = tick
-    if not begins and (moving <= level or marks[NEW_CONTACTS] >= MOST_NEW):
+    if begins:
+        things.touched[thing, 2] = tick
+    elif moving <= level or tick - begun < _PUSH_TICKS or marks[NEW_CONTACTS] >= MOST_NEW:
         return
     things.touched[thing, 1] = moving
     if marks[NEW_CONTACTS] >= MOST_NEW:

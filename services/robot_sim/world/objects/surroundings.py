@@ -121,7 +121,7 @@ class Surroundings:
             marks=np.zeros(t.MARKS, np.int64),
             clear=np.zeros(1),
             log=np.zeros((t.MOST_NEW, t.CONTACT_COLUMNS)),
-            touched=np.zeros((number, 2), np.int64),
+            touched=np.zeros((number, 3), np.int64),
             outline=self._outline,
             reach_m=self._reach_m,
             centre_x_m=self._centre_x_m,

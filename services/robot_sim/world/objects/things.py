@@ -93,7 +93,7 @@ class Things(NamedTuple):
         marks: (MARKS,) counts of this tick.
         clear: (1,) distance that the robot may travel before a fixed thing can be within its reach [m].
         log: (MOST_NEW, CONTACT_COLUMNS) contacts that began in this tick.
-        touched: (n + m, 2) tick of each thing's last contact, and 1 if the robot moved into it.
+        touched: (n + m, 3) tick of each thing's last touch, 1 if the robot moved into it, and tick at which it began.
         outline: (k, 4) corners of the robot, counter-clockwise, and the way along the outline, as the vehicle's file
             gives it, to each and to the next one [m].
         reach_m: Distance of the farthest corner from the robot's origin.
