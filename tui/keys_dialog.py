@@ -31,22 +31,24 @@ LEGEND = (
     ("●", theme.YELLOW, "now"),
     ("●", theme.PATH, "driven only"),
     (MISSED_MARK, theme.VERMILION, "missed"),
+    ("●", theme.PURPLE, "limit"),
+)
+MARKS_LEGEND = (
     ("→", f"{theme.BLACK} on {theme.ORANGE}", "robot"),
     ("→", f"{theme.BLACK} on {theme.SKY}", "goal"),
-)
-OBSTACLES_LEGEND = (
     *((mark, f"{theme.BLACK} on {theme.VERMILION}", kind) for kind, mark in KIND_MARKS.items()),
-    (THING_MARK, f"{theme.BLACK} on {theme.VERMILION}", "thing in the way"),
+    (THING_MARK, f"{theme.BLACK} on {theme.VERMILION}", "thing"),
     (ABSENT_MARK, f"{theme.BLACK} on {theme.PURPLE}", "missing"),
 )
-"""Legend of obstacles, with and without colours."""
+"""Legend of marks in whole cells, with and without colours."""
 SHAPES_LEGEND = (
     ("⠶", "bold", "painted"),
     ("⢕", "", "to paint"),
     ("⠶", "reverse", "now"),
     (MARKS[Ink.PATH], "", "driven only"),
     (MISSED_MARK, "bold", "missed"),
-    ("→", "reverse", "robot, goal"),
+    (MARKS[Ink.LIMIT], "", "limit"),
+    (MARKS[Ink.SEEN], "", "seen"),
 )
 """Legend without colours; see `mono_cells`."""
 
@@ -62,14 +64,14 @@ class KeysDialog(Dialog[None]):
         super().__init__()
         self._keys = listed(FLEET_TABLE if fleet else TABLE)
         self._legend = FLEET_LEGEND if fleet else LEGEND
-        self._obstacles = () if fleet else OBSTACLES_LEGEND
+        self._marks = () if fleet else MARKS_LEGEND
 
     def compose(self) -> ComposeResult:
         """Lay out the legend of the map and the list."""
         legend = self._legend if has_colors(self.app) or self._legend is not LEGEND else SHAPES_LEGEND
         with DialogBox(id="dialog", can_focus=True):
             yield Label("Keys", classes="title")
-            lines = [_legend_line(marks) for marks in (legend, self._obstacles) if marks]
+            lines = [_legend_line(marks) for marks in (legend, self._marks) if marks]
             width = 1 + max(len(key) for _, key, _ in self._keys)
             before = ""
             for group, key, effect in self._keys:
