@@ -221,6 +221,8 @@ TRUE_BODY_MARKERS = Topic("truth/body/markers", m.MarkerArray, latched=True, uni
 #: Of the paint, or what a covering tool has been over: all but the latest stretch, and that stretch.
 WORK_MARKERS = Topic("truth/ground/markers", m.MarkerArray, latched=True, units="m")
 LATEST_WORK_MARKERS = Topic("truth/ground/latest_markers", m.MarkerArray, 1, latched=True, units="m")
+#: Of a robot with a lidar.
+OBSTACLE_MARKERS = Topic("obstacles/markers", m.MarkerArray, 5, units="m")
 VIEWING: tuple[Topic, ...] = _rows_since(TOPICS)
 VIEWING_BY_NAME = {topic.name: topic for topic in VIEWING}
 #: Topics by names that they have in older recordings.

@@ -22,6 +22,8 @@ _DRIVING = frozenset(("space", "g", "a"))
 _SUPPLIES = frozenset("ub")
 _OF_SEVERAL = frozenset("vox")
 """Keys that are shown only when there are several robots."""
+_ANSWERS = frozenset("123")
+"""Keys that are shown only while the robot waits before something."""
 
 Placed = list[tuple[BarKey, int, int]]
 """Keys with their first and last column (exclusive)."""
@@ -55,7 +57,8 @@ def layout(state: ConsoleState, width: int) -> Placed:
     """Keys that fit into `width` cells, those that are of use first."""
     idle = useless(state)
     keys = bar(Bar.REPLAY if state.replayed else Bar.JOB if state.drive.goal is None else Bar.AIM)
-    offered = [key for key in keys if not (state.alone and key.key in _OF_SEVERAL)]
+    hidden = (_OF_SEVERAL if state.alone else frozenset()) | (frozenset() if state.asks_way else _ANSWERS)
+    offered = [key for key in keys if key.key not in hidden]
     return place(offered, width, lambda key: key.rank + (_USELESS_RANK if key.key in idle else 0))
 
 

@@ -26,6 +26,7 @@ class Group(Enum):
 
     ROBOT = "Robot"
     JOB = "Job"
+    WAY = "Way"
     ALL = "All"
     GOAL = "Goal"
     STOP = "Stop"
@@ -92,6 +93,18 @@ TABLE = (
     ConsoleKey("h", "aim('free')", "Any heading", "h", bars={Bar.AIM: ("Any heading", 1)}, group=Group.GOAL),
     ConsoleKey("m", "aim('how')", "How to drive there", "m", bars={Bar.AIM: ("How", 1)}, group=Group.GOAL),
     ConsoleKey("esc", "aim('leave')", "Aim no longer", "escape", bars={Bar.AIM: ("Leave", 1)}, group=Group.GOAL),
+    ConsoleKey(
+        *("1", "command('wait_on')", "Wait on", "1", "Before something in its way: wait until it has gone"),
+        {Bar.JOB: ("Wait on", 1)}, group=Group.WAY,
+    ),
+    ConsoleKey(
+        *("2", "command('go_round')", "Go round", "2", "Go round what is in its way now"),
+        {Bar.JOB: ("Go round", 1)}, group=Group.WAY,
+    ),
+    ConsoleKey(
+        *("3", "command('leave_out')", "Leave out", "3", "Go round it now, and leave out for good what is beside it"),
+        {Bar.JOB: ("Leave out", 1)}, group=Group.WAY,
+    ),
     ConsoleKey(
         *("t", "template", "Choose template", "t", "Choose a shipped template or a file"),
         {Bar.JOB: ("Template", 1)}, group=Group.JOB,

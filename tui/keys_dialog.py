@@ -15,6 +15,7 @@ from touchline.tui.dialogs import Dialog, DialogBox
 from touchline.tui.keys import FLEET_TABLE, TABLE, listed
 from touchline.tui.map_raster import MISSED_MARK, Ink
 from touchline.tui.mono_cells import MARKS
+from touchline.tui.obstacle_view import ABSENT_MARK, KIND_MARKS, THING_MARK
 
 FLEET_LEGEND = (
     ("→", f"{theme.BLACK} on {theme.ORANGE}", "picked"),
@@ -30,16 +31,24 @@ LEGEND = (
     ("●", theme.YELLOW, "now"),
     ("●", theme.PATH, "driven only"),
     (MISSED_MARK, theme.VERMILION, "missed"),
+    ("●", theme.PURPLE, "limit"),
+)
+MARKS_LEGEND = (
     ("→", f"{theme.BLACK} on {theme.ORANGE}", "robot"),
     ("→", f"{theme.BLACK} on {theme.SKY}", "goal"),
+    *((mark, f"{theme.BLACK} on {theme.VERMILION}", kind) for kind, mark in KIND_MARKS.items()),
+    (THING_MARK, f"{theme.BLACK} on {theme.VERMILION}", "thing"),
+    (ABSENT_MARK, f"{theme.BLACK} on {theme.PURPLE}", "missing"),
 )
+"""Legend of marks in whole cells, with and without colours."""
 SHAPES_LEGEND = (
     ("⠶", "bold", "painted"),
     ("⢕", "", "to paint"),
     ("⠶", "reverse", "now"),
     (MARKS[Ink.PATH], "", "driven only"),
     (MISSED_MARK, "bold", "missed"),
-    ("→", "reverse", "robot, goal"),
+    (MARKS[Ink.LIMIT], "", "limit"),
+    (MARKS[Ink.SEEN], "", "seen"),
 )
 """Legend without colours; see `mono_cells`."""
 
@@ -55,14 +64,14 @@ class KeysDialog(Dialog[None]):
         super().__init__()
         self._keys = listed(FLEET_TABLE if fleet else TABLE)
         self._legend = FLEET_LEGEND if fleet else LEGEND
+        self._marks = () if fleet else MARKS_LEGEND
 
     def compose(self) -> ComposeResult:
         """Lay out the legend of the map and the list."""
         legend = self._legend if has_colors(self.app) or self._legend is not LEGEND else SHAPES_LEGEND
         with DialogBox(id="dialog", can_focus=True):
             yield Label("Keys", classes="title")
-            marks = [((f"{mark} ", style), (f"{text}   ", "")) for mark, style, text in legend]
-            lines = [Content.assemble(*(part for pair in marks for part in pair))]
+            lines = [_legend_line(marks) for marks in (legend, self._marks) if marks]
             width = 1 + max(len(key) for _, key, _ in self._keys)
             before = ""
             for group, key, effect in self._keys:
@@ -76,3 +85,8 @@ class KeysDialog(Dialog[None]):
     def on_mount(self) -> None:
         """Focus the list for scrolling."""
         self.query_one("#dialog").focus()
+
+
+def _legend_line(marks: tuple[tuple[str, str, str], ...]) -> Content:
+    pairs = [((f"{mark} ", style), (f"{text}   ", "")) for mark, style, text in marks]
+    return Content.assemble(*(part for pair in pairs for part in pair))

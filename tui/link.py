@@ -41,6 +41,7 @@ CLOSELY = (
     topics.REPORT,
     topics.AREA,
     topics.AREA_REPORT,
+    topics.OBSTACLES,
 )
 """Topics that are not subscribed while the robot is out of view."""
 SKIMMED_S = 1.0

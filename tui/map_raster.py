@@ -13,6 +13,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.tui import format
 from touchline.tui.area_dots import AreaScene
 from touchline.tui.area_layer import AreaLayer
+from touchline.tui.obstacle_view import ObstacleView
 from touchline.tui.raster import BRAILLE_BASE, EMPTY, GrowingLayer, Polyline, dashed, draw
 from touchline.tui.robot import ShownPose
 from touchline.tui.spread import Spread
@@ -51,18 +52,24 @@ class Ink(IntEnum):
     LIMIT = 6
     PAINT = 7
     MISSED = 8
-    BODY = 9
-    LABEL = 10
-    OTHER = 11
-    OTHER_STOPPED = 12
-    NOZZLE_OFF = 13
-    NOZZLE_ON = 14
-    GOAL = 15
-    ROBOT = 16
-    ROBOT_STOPPED = 17
-    UNHEARD = 18
+    SEEN = 9
+    """Outline of an obstacle that the plan does not know."""
+    BODY = 10
+    LABEL = 11
+    OBSTACLE = 12
+    """Kind of an obstacle that the plan does not know, and the direction of its motion."""
+    ABSENT = 13
+    """Place of an obstacle of the plan that is missing."""
+    OTHER = 14
+    OTHER_STOPPED = 15
+    NOZZLE_OFF = 16
+    NOZZLE_ON = 17
+    GOAL = 18
+    ROBOT = 19
+    ROBOT_STOPPED = 20
+    UNHEARD = 21
     """Last known position of a silent robot."""
-    GONE = 19
+    GONE = 22
 
 
 @dataclass(frozen=True)
@@ -89,9 +96,11 @@ class MapScene:
     paint: Polyline = EMPTY
     paint_revision: int = 0
     limits: Polyline = EMPTY
-    """Boundary and obstacles, shown with areas."""
+    """Boundary and obstacles of the template."""
     area: AreaScene | None = None
     """Areas of a covering tool, whose strokes are then shown as a band."""
+    obstacles: tuple[ObstacleView, ...] = ()
+    """Obstacles that the robot sees."""
     vehicle: Vehicle = field(default_factory=Vehicle)
     robot: ShownPose | None = None
     spread: Spread | None = None
@@ -113,7 +122,8 @@ class MapScene:
         robots = (self.robot, self.spread, self.stopped, self.spraying, self.name, self.others)
         area = self.area.key if self.area is not None else ()
         goal = (self.goal, id(self.preview))
-        return (*revisions, len(self.paint), len(self.limits), *area, id(self.vehicle), *robots, *goal)
+        seen = id(self.obstacles)
+        return (*revisions, len(self.paint), len(self.limits), *area, id(self.vehicle), *robots, *goal, seen)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +182,7 @@ class MapRaster:
         codes[inks == Ink.MISSED] = ord(MISSED_MARK)
         cells = Cells(codes, inks, stripes(view, step))
         overlay(view, dashed(scene.preview, DASH_DOTS * view.dot_m), Ink.CURRENT_PATH, bits, cells)
+        _draw_obstacles(view, scene.obstacles, bits, cells)
         if scene.robot and scene.spread and 2 * scene.spread.long_m > view.cell_m:
             overlay(view, scene.spread.outline(scene.robot.x_m, scene.robot.y_m), Ink.BODY, bits, cells)
         _draw_others(view, scene.others, cells)
@@ -203,6 +214,21 @@ def _put_first(bits: Bits, inks: Bits, dots: Bits, ink: Ink) -> None:
     """Show only these dots in cells with a few of them, as they would be invisible beside a covered band."""
     cells = np.bitwise_count(dots) >= SHOWN_FIRST_DOTS
     bits[cells], inks[cells] = dots[cells], ink
+
+
+def _draw_obstacles(view: Viewport, obstacles: tuple[ObstacleView, ...], bits: Bits, cells: Cells) -> None:
+    """Draw outlines, then marks of kinds, each with an arrow beside it in the direction of its motion."""
+    for seen in obstacles:
+        overlay(view, seen.outline, Ink.SEEN, bits, cells)
+    for seen in obstacles:
+        center = view.to_cell(seen.x_m, seen.y_m)
+        if center is None:
+            continue
+        put(cells, center, seen.mark, Ink.ABSENT if seen.absent else Ink.OBSTACLE)
+        if seen.motion_rad is not None:
+            column, row = center[0] + round(math.cos(seen.motion_rad)), center[1] - round(math.sin(seen.motion_rad))
+            if 0 <= column < view.columns and 0 <= row < view.rows:
+                put(cells, (column, row), arrow(seen.motion_rad), Ink.OBSTACLE)
 
 
 def _draw_others(view: Viewport, others: tuple[NamedRobot, ...], cells: Cells) -> None:

@@ -37,13 +37,16 @@ DRAG_CELLS = 1.5
 
 _UNHEARD = (f"{theme.BLACK} on {theme.MUTED}", "")
 _STALE_COLORS = {
+    Ink.SEEN: (theme.MUTED, ""),
+    Ink.OBSTACLE: _UNHEARD,
+    Ink.ABSENT: _UNHEARD,
     Ink.BODY: (theme.MUTED, ""),
     Ink.NOZZLE_OFF: (theme.MUTED, ""),
     Ink.NOZZLE_ON: (theme.MUTED, ""),
     Ink.ROBOT: _UNHEARD,
     Ink.ROBOT_STOPPED: _UNHEARD,
 }
-"""Style of the last known position of a silent robot."""
+"""Style of the last known position of a silent robot, and of what it saw."""
 
 
 class GoalMoved(Message):
@@ -51,7 +54,7 @@ class GoalMoved(Message):
 
 
 class MapView(CellsView, can_focus=True):
-    """Map of the field with template, plan, paint, and robot."""
+    """Map of the field with template, plan, paint, obstacles, and robot."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(shift + key, f"pan({columns}, {rows}, {bool(shift)})", "Pan", show=False)
@@ -119,7 +122,7 @@ class MapView(CellsView, can_focus=True):
         return MapScene(
             template=drawn,
             template_revision=revision,
-            limits=template.limits if template and area is not None else EMPTY,
+            limits=template.limits if template else EMPTY,
             area=area,
             path=path.transitions if path else EMPTY,
             axle_path=path.painting if path else EMPTY,
@@ -129,6 +132,7 @@ class MapView(CellsView, can_focus=True):
             current_revision=id(current),
             paint=state.paint.line,
             paint_revision=state.paint.revision,
+            obstacles=state.obstacles,
             vehicle=state.vehicle,
             robot=state.robot.pose if state.robot_alive else None,
             spread=state.robot.spread,

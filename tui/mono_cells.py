@@ -13,8 +13,8 @@ from touchline.tui.raster import BRAILLE_BASE
 
 EVERY_OTHER_DOT: Final = 0x95
 """Chessboard pattern of the eight dots of a cell: lines in all directions are dotted."""
-MARKS: Final = {Ink.PATH: "·", Ink.CURRENT_PATH: "•", Ink.LIMIT: "+"}
-"""Marks of transitions, the current transition, and the limits of the body."""
+MARKS: Final = {Ink.PATH: "·", Ink.CURRENT_PATH: "•", Ink.LIMIT: "+", Ink.SEEN: "#"}
+"""Marks of transitions, the current transition, limits of the body, and outlines of obstacles seen."""
 STYLES: Final = {Ink.CURRENT: (theme.YELLOW, "reverse"), Ink.CURRENT_PATH: (theme.SKY, "bold")}
 
 

@@ -32,7 +32,7 @@ WITHDRAWN_AFTER_S = 0.5
 START_WITHIN_S = 10.0
 """Maximum time for the status to report that the rest of a job is loaded; later nobody expects the robot to start."""
 PAUSE_REPORT_S = 1.0
-"""Maximum time for the status to report a pause."""
+"""Maximum time for the status to report a pause, or the effect of an answer."""
 
 
 class OrderSender(Protocol):
@@ -86,6 +86,8 @@ class Operator:
             self._withdraw()
         elif name == "pause" and self._pauses_already():
             self.state.say(INFO, "Pause: it pauses already; g goes on")
+        elif name in orders.ANSWERS and not self.state.replayed:
+            self._answer(name)
         else:
             self._send(orders.command(name, self._request_id()))
 
@@ -123,6 +125,18 @@ class Operator:
         return self.state.waits_for_person or self.state.orders.accepted_within(
             "pause", PAUSE_REPORT_S, self.state.now_s
         )
+
+    def _answer(self, name: str) -> None:
+        """Send an answer to a waiting robot, once for a key that is held down."""
+        state, title = self.state, orders.COMMANDS[name][0]
+        if state.orders.accepted_within(name, PAUSE_REPORT_S, state.now_s):
+            return
+        if not state.asks_way:
+            state.say(INFO, f"{title}: the robot does not wait before anything")
+        elif name == "wait_on" and state.waits_on:
+            state.say(INFO, f"{title}: it waits already until its way is clear")
+        else:
+            self._send(orders.command(name, self._request_id()))
 
     def heed_status(self) -> None:
         """Act on changes of the emergency stop in the robot's status."""

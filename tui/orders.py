@@ -25,8 +25,14 @@ COMMANDS = {
     "reset": ("Reset", topics.RESET),
     "refill": ("Refill", topics.REFILL_TANK),
     "battery": ("Replace battery", topics.REPLACE_BATTERY),
+    "wait_on": ("Wait on", topics.WAIT_ON),
+    "go_round": ("Go round", topics.GO_ROUND),
+    "leave_out": ("Leave out", topics.LEAVE_OUT),
 }
 """Title and service of orders without arguments, by name."""
+
+ANSWERS = frozenset(("wait_on", "go_round", "leave_out"))
+"""Orders to a robot that waits before something."""
 
 COMMAND_TIMEOUT_S = 3.0
 PLAN_TIMEOUT_S = 120.0

@@ -23,6 +23,7 @@ from touchline.tui.panel_rows import bar as _bar
 from touchline.tui.panel_rows import row as _row
 from touchline.tui.state import ConsoleState
 from touchline.tui.unfinished_job import name_of, next_step, offered, share_done
+from touchline.tui.way_round_lines import way_round_lines, what_ends_it
 
 LOW_PAINT = 0.15
 GOOD_ERROR_M = 0.02
@@ -67,6 +68,8 @@ def hint(state: ConsoleState) -> tuple[str, str]:
         return "space", f"hold: {_moves_off(state, moves_off_in_s)}"
     if traversal == TraversalStatus.PAUSED:
         return remedy(state) or ("g", "resume")
+    if state.robot.way_round.continues and traversal in (TraversalStatus.DONE, TraversalStatus.ABORTED):
+        return "", "the job goes on: the robot plans the rest"
     if state.drive.goal is not None:
         return aim_hint(state)
     if traversal == TraversalStatus.RUNNING:
@@ -93,9 +96,11 @@ def hint(state: ConsoleState) -> tuple[str, str]:
 
 
 def _moves_off(state: ConsoleState, in_s: float) -> str:
-    """Time until the robot moves off by itself: exact if it warns, else the earliest."""
+    """Time until the robot moves off by itself: exact if it warns, else the earliest, or the event it waits for."""
     seconds = math.ceil(in_s)
-    return f"moves off in {seconds} s" if state.robot.warning.active else f"goes on in ≥ {seconds} s"
+    if state.robot.warning.active:
+        return f"moves off in {seconds} s"
+    return what_ends_it(state) if state.blocked else f"goes on in ≥ {seconds} s"
 
 
 def status_lines(state: ConsoleState, width: int) -> list[Content]:
@@ -107,6 +112,7 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
     head += [Content.styled(line, theme.ORANGE) for line in (*_starting(state, width), *_reasons(state, width))]
     key, text = hint(state)
     head += _step(key, text, width, "reverse bold")
+    head += way_round_lines(state, width) if status is not None else []
     head += _unfinished_lines(state, width) + aim_lines(state, width)
     if state.drive.goal is not None and not state.busy:
         lines = []
@@ -331,6 +337,8 @@ def _robot_lines(state: ConsoleState, width: int) -> list[Content]:
 def _report_lines(state: ConsoleState) -> list[Content]:
     report = state.robot.report
     if not report or state.loaded.drives or state.traversal not in (TraversalStatus.DONE, TraversalStatus.ABORTED):
+        return []
+    if state.robot.way_round.continues:  # it is of one drive of several
         return []
     if report.success:
         verdict = ("✓ complete", theme.GREEN)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from touchline.schemas import topics
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.coverage_messages import AreaProgress, AreaReport
+from touchline.schemas.messages.obstacle_messages import Obstacles
 from touchline.schemas.messages.standard import BatteryState, Clock, Odometry, Time
 from touchline.schemas.messages.touchline import (
     AboutToMove,
@@ -24,7 +25,9 @@ from touchline.schemas.messages.touchline import (
     TrueCoverage,
     UnfinishedJob,
 )
+from touchline.schemas.messages.way_round_messages import WayRound
 from touchline.schemas.plain_text import plain
+from touchline.tui.obstacle_view import ObstacleView, obstacle_views
 from touchline.tui.spread import Spread
 
 MOVING_MPS = 0.05
@@ -70,6 +73,12 @@ class Robot:
     """Cause and end of a pause; the cause is NONE without a pause or a report."""
     warning: AboutToMove = field(default_factory=AboutToMove)
     """Warning before it moves off."""
+    obstacles: tuple[ObstacleView, ...] = ()
+    """Unknown and missing obstacles that it reported last."""
+    obstacles_s: float = -math.inf
+    """Sim time of that report."""
+    way_round: WayRound = field(default_factory=WayRound)
+    """Its handling of things in its way."""
     unfinished: UnfinishedJob | None = None
     """Job that it could continue; without a length, there is none."""
     stopped_by: str = ""
@@ -123,6 +132,12 @@ class Robot:
     def _warning(self, message: AboutToMove) -> None:
         self.warning = message
 
+    def _obstacles(self, message: Obstacles) -> None:
+        self.obstacles, self.obstacles_s = obstacle_views(message), seconds(message.header.stamp)
+
+    def _way_round(self, message: WayRound) -> None:
+        self.way_round = message.model_copy(update={"things": tuple(map(plain, message.things))})
+
     def _truth(self, message: TrueCoverage) -> None:
         self.truth = message
 
@@ -154,6 +169,8 @@ ROBOT_TOPICS: Mapping[str, Callable[[Robot, Any], None]] = {
     topics.STATUS.name: Robot._status,
     topics.PAUSE_STATUS.name: Robot._pause,
     topics.ABOUT_TO_MOVE.name: Robot._warning,
+    topics.OBSTACLES.name: Robot._obstacles,
+    topics.WAY_ROUND.name: Robot._way_round,
     topics.TRUE_COVERAGE.name: Robot._truth,
     topics.UNFINISHED.name: Robot._unfinished,
     topics.REPORT.name: Robot._report,

@@ -21,6 +21,7 @@ from touchline.schemas.messages.standard import DiagnosticArray, String
 from touchline.schemas.messages.touchline import Event, PaintMarks, PauseStatus, Progress, TraversalStatus
 from touchline.schemas.messages.turf_tank import Trajectory
 from touchline.schemas.messages.viewing_messages import NavPath
+from touchline.schemas.messages.way_round_messages import WayRound
 from touchline.schemas.plain_text import plain
 from touchline.schemas.replay_run import Belonging
 from touchline.schemas.scenario import Origin
@@ -34,6 +35,7 @@ from touchline.tui.event_log import ERROR, INFO, WARN, OperatorLog
 from touchline.tui.goal_draft import GoalDraft
 from touchline.tui.job import NOTHING, JobView, LineRow, PathView, TemplateView
 from touchline.tui.node_health import Freshness, Node, take_report
+from touchline.tui.obstacle_view import ObstacleView
 from touchline.tui.order_registry import OrderRegistry
 from touchline.tui.paint_track import PaintTrack
 from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected, Skimmed
@@ -43,6 +45,8 @@ from touchline.tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, ShownPose, sec
 EXPECTED_NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
 """Processes that are listed even before they appear."""
 _MOST_SPEAKERS = 256
+SEEN_S = 1.0
+"""Sim time for which a report of obstacles counts; a robot that sees sends five a second."""
 SPEED_REPORT_S = 2.5
 """Maximum time until the robot reports a new speed factor; until then it may still report the old one."""
 
@@ -174,6 +178,37 @@ class ConsoleState:
         if left_s <= 0.0 and self.traversal == TraversalStatus.RUNNING:
             return None
         return max(left_s, 0.0) / max(self.pace, 1e-3)
+
+    @property
+    def blocked(self) -> bool:
+        """True if the robot pauses because of something in its way."""
+        return self.traversal == TraversalStatus.PAUSED and self.robot.pause.cause == PauseStatus.IN_THE_WAY
+
+    @property
+    def asks_way(self) -> bool:
+        """True if the robot waits before something and can be told to wait on, to go round, or to leave out."""
+        waits = self.robot.way_round.state in (WayRound.WAITS, WayRound.FINDS_NO_WAY)
+        return self.blocked and waits and not self.robot_stale
+
+    @property
+    def goes_round_in_s(self) -> float | None:
+        """Wall-clock time (s) until the waiting robot goes round by itself; None if it does not, or is not waiting."""
+        at_s, now_s = seconds(self.robot.way_round.goes_round_at), self.robot.sim_time_s
+        if not self.blocked or self.robot.way_round.state != WayRound.WAITS or at_s == 0.0 or now_s is None:
+            return None
+        return max(at_s - now_s, 0.0) / max(self.pace, 1e-3)
+
+    @property
+    def waits_on(self) -> bool:
+        """True if the robot waits until its way is clear, however long that takes."""
+        return self.asks_way and self.robot.way_round.state == WayRound.WAITS and self.goes_round_in_s is None
+
+    @property
+    def obstacles(self) -> tuple[ObstacleView, ...]:
+        """Unknown and missing obstacles that the robot sees now, or saw when it was last heard."""
+        now_s = self.robot.sim_time_s
+        old = now_s is not None and now_s - self.robot.obstacles_s > SEEN_S
+        return self.robot.obstacles if self.robot_alive and not old else ()
 
     @property
     def busy(self) -> bool:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed
 
@@ -25,6 +26,8 @@ from touchline.schemas.messages import (
     GetDiagnosticsRequest,
     GetPaintRequest,
     LoadRequest,
+    Obstacle,
+    Obstacles,
     PlanRequest,
     SetSpeedRequest,
     TraversalStatus,
@@ -162,6 +165,16 @@ def covered_m(client: ViewerClient, most: Callable[..., float] = max) -> float:
     """The x up to which a viewer has been shown paint, by the last message of both topics; or from which on."""
     last = [client.decoded(client.of(topic)[-1]) for topic in WORK if client.of(topic)]
     return most((point.x for array in last for each in array.markers for point in each.points), default=0.0)
+
+
+def test_obstacles_are_shown(system: System, client: ViewerClient) -> None:
+    client.subscribe("/r1/obstacles/markers")
+    client.until(lambda: "obstacles" in system.figure("foxglove_topics").split(", "))
+    corners = {"outline_x_m": np.array((1.0, 2.0, 2.0)), "outline_y_m": np.array((1.0, 1.0, 2.0))}
+    seen = Obstacles(obstacles=(Obstacle(id=1, kind="person", **corners),))
+    system.bus.publisher(topics.OBSTACLES).send(seen)
+    (marker,) = client.decoded(client.first("/r1/obstacles/markers")).markers
+    assert [(point.x, point.y) for point in marker.points[::2]] == [(1.0, 1.0), (2.0, 1.0), (2.0, 2.0)]
 
 
 def test_orders_are_services_and_answers_are_the_robots(client: ViewerClient) -> None:

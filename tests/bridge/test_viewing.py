@@ -16,6 +16,8 @@ from touchline.schemas.messages import (
     Marker,
     MarkerArray,
     NavPath,
+    Obstacle,
+    Obstacles,
     Odometry,
     PaintMarks,
     String,
@@ -95,6 +97,28 @@ def test_what_is_no_message_of_its_topic_draws_nothing():
     assert not viewing.take(topics.PLAN.name, b"\0\1\0\0")
     (path,) = viewing.take(topics.PLAN.name, encode(Trajectory()))
     assert decode(NavPath, path.payload).poses == ()
+
+
+def test_obstacles_are_drawn_by_what_they_are():
+    square = {"outline_x_m": np.array([1.0, 2.0, 2.0]), "outline_y_m": np.array([1.0, 1.0, 2.0])}
+    person = Obstacle(id=7, kind="person", moving=True, x_m=1.5, y_m=1.5, vx_mps=1.0, vy_mps=-0.5, **square)
+    post, known = Obstacle(id=8, kind="post", x_m=4.0, **square), Obstacle(id=0, known=True, kind="thing", **square)
+    seen = Obstacles(header=Header(frame_id="map", stamp=Time(sec=3)), obstacles=(person, post, known))
+    (message,) = Viewing().take(topics.OBSTACLES.name, encode(seen))
+    (drawn,) = decode(MarkerArray, message.payload).markers
+    assert (drawn.header.frame_id, drawn.type, drawn.lifetime.sec) == ("map", Marker.LINE_LIST, 1)
+    assert len(drawn.points) == len(drawn.colors) == 2 * (3 + 3 + 3 + 3)
+    assert len(set(map(repr, drawn.colors))) == 3
+    assert drawn.colors[-1].r == drawn.colors[-1].g == drawn.colors[-1].b
+    tail, head = drawn.points[6:8]
+    assert (tail.x, tail.y, head.x, head.y) == (1.5, 1.5, 2.5, 1.0)
+    (none,) = Viewing().take(topics.OBSTACLES.name, encode(Obstacles()))
+    assert [each.action for each in decode(MarkerArray, none.payload).markers] == [Marker.DELETE]
+
+
+@pytest.mark.parametrize("broken", [{"moving": True, "x_m": float("nan")}, {"outline_x_m": np.zeros(2)}])
+def test_obstacles_without_a_place_are_not_drawn(broken):
+    assert not Viewing().take(topics.OBSTACLES.name, encode(Obstacles(obstacles=(Obstacle(**broken),))))
 
 
 def test_areas_are_filled_and_their_holes_are_not():

@@ -11,15 +11,18 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.plugins import FAULTS
 
+WAY_ANSWERS = {"wait-on": topics.WAIT_ON, "go-round": topics.GO_ROUND, "leave-out": topics.LEAVE_OUT}
+
 
 @pytest.fixture
-def robot(bus_config):
-    """What a robot was asked; it can pause, take any fault, and never start."""
+def robot(bus_config, request):
+    """What a robot was asked; it can pause, take any fault, and never start, or serves what a test wants."""
+    served = getattr(request, "param", (topics.PAUSE, topics.START, topics.LOAD, topics.INJECT_FAULT))
     asked, over, ready = [], threading.Event(), threading.Event()
 
     def serve():
         with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
-            servers = [bus.serve(service) for service in (topics.PAUSE, topics.START, topics.LOAD, topics.INJECT_FAULT)]
+            servers = [bus.serve(service) for service in served]
             health = HealthReporter(bus)
             ready.set()
             while not over.wait(0.005):
@@ -46,6 +49,13 @@ def test_orders_and_faults_reach_the_robot(touchline_on_bus, robot):
     (name, request) = robot[-1]
     assert (name, json.loads(request.fault_json)["kind"]) == (topics.INJECT_FAULT.name, "bumper")
     assert len({request.request_id for _, request in robot}) == 3
+
+
+@pytest.mark.parametrize("robot", [WAY_ANSWERS.values()], indirect=True)
+def test_a_robot_that_waits_before_something_is_answered(touchline_on_bus, robot):
+    for order, service in WAY_ANSWERS.items():
+        assert touchline_on_bus("order", order) == (0, f"{order}: as you say\n", "")
+        assert robot[-1][0] == service.name
 
 
 def test_to_go_on_loads_what_the_robot_keeps_and_starts_it(touchline_on_bus, robot):

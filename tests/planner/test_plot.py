@@ -28,6 +28,15 @@ def test_an_unknown_format_is_refused(tmp_path: Path) -> None:
         plot_plan(plan(template, Vehicle()), template, tmp_path / "a.xyz")
 
 
+@pytest.mark.parametrize("colour", ["plain", "speed"])
+def test_obstacles_are_drawn_where_they_leave_all_lines_clear(tmp_path: Path, colour: str) -> None:
+    segments = [{"id": n, "line": {"start": [0, y], "end": [5, y]}} for n, y in (("a", 0), ("b", 6))]
+    bench = {"id": "bench", "corners": [[2, 2.5], [3, 2.5], [3, 3.5], [2, 3.5]]}
+    template = parse_template(json.dumps({"name": "two", "segments": segments, "obstacles": [bench]}))
+    plot_plan(plan(template, Vehicle()), template, path := tmp_path / "p.svg", colour)
+    assert 'id="obstacles"' in path.read_text()
+
+
 def test_one_transition_is_one(tmp_path: Path) -> None:
     segments = [{"id": n, "line": {"start": [0, y], "end": [5, y]}} for n, y in (("a", 0), ("b", 3))]
     template = parse_template(json.dumps({"name": "two", "segments": segments}))

@@ -10,7 +10,7 @@ import pytest
 from touchline.jobs.single.painted_picture import draw_painted, lateral_error
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import PaintMarks
-from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
+from touchline.schemas.template import ArcSpec, LineSpec, Polygon, Template, TemplateSegment
 
 LINE = Curve.from_line((0.0, 0.0), (0.0, 10.0))
 
@@ -45,6 +45,13 @@ def colours(path: Path, *offsets_m: float) -> set[str]:
     draw_painted(template, strokes, path)
     collections = re.findall(r'<g id="LineCollection_\d+">.*?</g>', path.read_text(), flags=re.DOTALL)
     return {colour for text in collections for colour in re.findall(r"stroke: (#[0-9a-f]{6})", text)}
+
+
+def test_obstacles_are_drawn(tmp_path):
+    line = TemplateSegment(id="a", line=LineSpec(start=(0.0, 0.0), end=(10.0, 0.0)), actuation="SPRAY")
+    post = Polygon(id="post", corners=((5.0, 0.0), (5.1, 0.0), (5.1, 0.1)))
+    draw_painted(Template(name="one", segments=(line,), obstacles=(post,)), [], tmp_path / "a.svg")
+    assert 'id="obstacles"' in (tmp_path / "a.svg").read_text()
 
 
 def test_right_is_white_and_wrong_is_red(tmp_path):

@@ -338,3 +338,37 @@ def estopped(template: Template) -> list[Incoming]:
         *robot_health(valve=False),
         event(754.2, m.Event.ERROR, "emergency stop by the operator"),
     ]
+
+
+def obstacles(time_s: float, x_m: float = 0.0, y_m: float = 0.0) -> m.Obstacles:
+    """A person that walks east, a wall to the south, a known bench in its place, and one that is missing."""
+    ring = np.array((-0.3, 0.3, 0.3, -0.3)), np.array((-0.3, -0.3, 0.3, 0.3))
+    person = m.Obstacle(
+        id=3, kind="person", moving=True, x_m=x_m + 2.0, y_m=y_m, vx_mps=1.2, vy_mps=0.1,
+        outline_x_m=ring[0] + x_m + 2.0, outline_y_m=ring[1] + y_m,
+    )  # fmt: skip
+    wall = m.Obstacle(
+        id=5, kind="wall", x_m=x_m, y_m=y_m - 10.0,
+        outline_x_m=20.0 * ring[0] + x_m, outline_y_m=ring[1] + y_m - 10.0,
+    )  # fmt: skip
+    bench, missing = m.Obstacle(id=0, known=True), m.Obstacle(id=1, known=True, missing=True, x_m=x_m, y_m=y_m - 20.0)
+    return m.Obstacles(header=header(time_s), obstacles=(person, wall, bench, missing))
+
+
+def before_person(template: Template) -> list[Incoming]:
+    """The robot waits before a person, and goes round 8 s from now."""
+    reason = "something that stands is in the way, 0.8 m from the robot"
+    pause = m.PauseStatus(cause=m.PauseStatus.IN_THE_WAY, source="protection", ends_by_itself=True)
+    waits = m.WayRound(state=m.WayRound.WAITS, things=("person 3",), goes_round_at=header(108.0).stamp)
+    events = mid_run(template)
+    here = next(each.message for each in events if isinstance(each, Received) and each.topic == topics.ODOMETRY.name)
+    assert isinstance(here, m.Odometry)
+    return [
+        *events,
+        received(topics.CLOCK, m.Clock(clock=header(100.0).stamp)),
+        received(topics.PAUSE_STATUS, pause),
+        received(topics.STATUS, status(template, m.TraversalStatus.PAUSED, 14, 0.55, reason=reason)),
+        received(topics.WAY_ROUND, waits),
+        received(topics.OBSTACLES, obstacles(100.0, here.pose.pose.position.x, here.pose.pose.position.y)),
+        *robot_health(valve=False),
+    ]

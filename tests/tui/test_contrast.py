@@ -114,6 +114,8 @@ def difference(one: str, other: str, system: str) -> float:
 
 
 LINES = (Ink.PATH, Ink.CURRENT_PATH, Ink.TEMPLATE, Ink.CURRENT, Ink.LIMIT, Ink.PAINT, Ink.MISSED)
+SHAPES = (*LINES, Ink.SEEN)
+"""The outline of an obstacle has the colour of missed ground, which is a cross."""
 CLEARLY = 20.0
 """ΔE of thin lines, a few dots wide, that nobody takes for one another."""
 
@@ -124,6 +126,7 @@ def test_lines_of_the_map_can_be_told_apart(system: str) -> None:
     alike = [(a.name, b.name) for a, b in pairs if difference(COLORS[a][0], COLORS[b][0], system) < CLEARLY]
     assert alike == []
     assert difference(COLORS[Ink.PAINT][0], COLORS[Ink.TEMPLATE][0], system) > 2 * CLEARLY
+    assert COLORS[Ink.SEEN] == (COLORS[Ink.MISSED][0], "")
 
 
 @pytest.mark.parametrize("system", SYSTEMS)
@@ -136,17 +139,17 @@ def test_the_emergency_stop_is_red_and_beside_no_label_like_it(system: str) -> N
 
 def test_without_colours_lines_of_the_map_have_shapes_of_their_own() -> None:
     """A row of each: seven dots of a line across cells."""
-    inks = np.array([LINES], dtype=np.uint8)
+    inks = np.array([SHAPES], dtype=np.uint8)
     codes = np.full(inks.shape, BRAILLE_BASE + 0b1001, dtype=np.uint32)  # both upper dots
     codes[inks == Ink.MISSED] = ord(MISSED_MARK)
-    shown = in_shapes(Cells(codes, inks, np.zeros(len(LINES), dtype=np.bool_)))
+    shown = in_shapes(Cells(codes, inks, np.zeros(len(SHAPES), dtype=np.bool_)))
     styles = cell_styles(STYLES)
     looks = {
         (chr(code), styles[2 * ink].reverse, styles[2 * ink].bold)
         for code, ink in zip(shown.codes[0].tolist(), inks[0].tolist(), strict=True)
     }
-    assert len(looks) == len(LINES)
-    characters = {name: chr(code) for name, code in zip(LINES, shown.codes[0].tolist(), strict=True)}
+    assert len(looks) == len(SHAPES)
+    characters = {name: chr(code) for name, code in zip(SHAPES, shown.codes[0].tolist(), strict=True)}
     assert characters[Ink.PAINT] != characters[Ink.TEMPLATE], "not by boldness alone"
 
 

@@ -64,6 +64,7 @@ PICTURES: dict[str, tuple[Callable[[], ConsoleApp], tuple[int, int], tuple[str, 
     "keys": (of_template(scenes.loaded), NARROW, ("question_mark",)),
     "how to get to a goal": (of_events(*scenes.standing()), NARROW, ("d", "m")),
     "driving to a goal": (of_events(*scenes.standing(), *scenes.on_the_drive(), *scenes.uncertain(4.0)), NARROW, ()),
+    "before a person": (of_template(scenes.before_person), NARROW, ("f", *["plus"] * 5)),
     "order to all": (lambda: ConsoleApp(FakeLinks(fleets.fleet(50)), clock=lambda: 1.0), NARROW, ("v", "x")),
 }
 

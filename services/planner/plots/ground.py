@@ -2,6 +2,9 @@
 
 from typing import TYPE_CHECKING
 
+from touchline.core.robust_overlay import union
+from touchline.schemas.template import Template
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from shapely.geometry.base import BaseGeometry
@@ -29,6 +32,20 @@ def fill_ground(axes: "Axes", ground: "BaseGeometry", colour: str, name: str) ->
             rings = [shapely.get_coordinates(ring) for ring in (part.exterior, *part.interiors)]
             outlines.append(Outline.make_compound_path(*(Outline(ring, closed=True) for ring in rings)))
     axes.add_collection(PathCollection(outlines, facecolors=colour, linewidths=0.0, gid=name))
+
+
+def fill_obstacles(axes: "Axes", template: Template) -> None:
+    """Fill the obstacles of a template, if it has any, with an entry in the legend.
+
+    Args:
+        axes: Axes to draw on.
+        template: Template in the map frame.
+    """
+    import shapely
+
+    if template.obstacles:
+        fill_ground(axes, union([shapely.Polygon(each.corners) for each in template.obstacles]), OBSTACLE, "obstacles")
+        axes.plot([], [], "s", color=OBSTACLE, label="obstacles")
 
 
 def outline_ground(axes: "Axes", ground: "BaseGeometry", colour: str, style: str) -> None:

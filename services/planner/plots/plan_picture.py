@@ -15,7 +15,14 @@ from touchline.services.planner.coverage.swept_area import swept
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.plots.along import PAINTED_PT, QUANTITIES, TRANSITION_PT, draw_along
-from touchline.services.planner.plots.ground import BOUNDARY, COVERED, MISSED, OBSTACLE, fill_ground, outline_ground
+from touchline.services.planner.plots.ground import (
+    BOUNDARY,
+    COVERED,
+    MISSED,
+    fill_ground,
+    fill_obstacles,
+    outline_ground,
+)
 from touchline.services.planner.plots.style import INK, plan_style, save
 from touchline.services.planner.segments.section import RUN_IN, RUN_OUT
 from touchline.services.planner.swaths.offset import Stroke
@@ -117,17 +124,14 @@ def _draw(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle) -> Non
 
 
 def _left_out(axes: "Axes", plan: Plan, template: Template) -> None:
-    """Draw the stretches of lines that the plan leaves out, and what obstructs them."""
-    import shapely
-
+    """Draw the stretches of lines that the plan leaves out, and the obstacles."""
     lines = {segment.id: segment.curve() for segment in template.segments}
     for each in plan.report.left_out:
         points = np.array(((each.from_x_m, each.to_x_m), (each.from_y_m, each.to_y_m)))
         if each.line_id in lines:
             points = _curve_points(part_of(lines[each.line_id], each.from_m, each.to_m))[0]
         _line(axes, points, MISSED, "left out", 2.0)
-    if plan.report.left_out:
-        fill_ground(axes, union([shapely.Polygon(each.corners) for each in template.obstacles]), OBSTACLE, "obstacles")
+    fill_obstacles(axes, template)
 
 
 def _draw_covered(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle) -> None:
@@ -136,15 +140,14 @@ def _draw_covered(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle
 
     area = union([each.polygon for each in template.areas])
     covered = swept([section.path for section in plan.sections], vehicle.tool.width_m)
-    obstacles = union([shapely.Polygon(each.corners) for each in template.obstacles])
     for ground, colour, name in (
         (covered, COVERED, "covered"),
         (difference(area, covered), MISSED, "missed"),
-        (obstacles, OBSTACLE, "obstacles"),
     ):
         fill_ground(axes, ground, colour, name)
         if not ground.is_empty:
             axes.plot([], [], "s", color=colour, label=name)
+    fill_obstacles(axes, template)
     if template.boundary:
         outline_ground(axes, shapely.Polygon(template.boundary.corners), BOUNDARY, "--")
     for section in plan.sections:

@@ -35,7 +35,20 @@ if TYPE_CHECKING:  # topics and kinds of faults are listed without Zenoh
     from touchline.bus import BusConfig
 
 OrderName = Literal[
-    "start", "pause", "resume", "go-on", "abort", "estop", "reset", "refill", "replace-battery", "take-over", "remove"
+    "start",
+    "pause",
+    "resume",
+    "go-on",
+    "abort",
+    "estop",
+    "reset",
+    "refill",
+    "replace-battery",
+    "wait-on",
+    "go-round",
+    "leave-out",
+    "take-over",
+    "remove",
 ]
 _SERVICES = {
     "start": topics.START,
@@ -46,6 +59,9 @@ _SERVICES = {
     "reset": topics.RESET,
     "refill": topics.REFILL_TANK,
     "replace-battery": topics.REPLACE_BATTERY,
+    "wait-on": topics.WAIT_ON,
+    "go-round": topics.GO_ROUND,
+    "leave-out": topics.LEAVE_OUT,
     "take-over": topics.TAKE_OVER,
     "remove": topics.REMOVE,
 }
@@ -85,6 +101,9 @@ def order(
     """Give a robot on the bus an order, as the console does; exit code 1 if it refuses.
 
     resume ends a pause. go-on continues a job from the robot's journal after an abort or a restart of the robot.
+
+    wait-on, go-round and leave-out answer a robot that waits before something in its way: it waits until that has gone,
+    goes round it now, or does so and leaves out for good what it could not reach beside it.
 
     take-over and remove are for a robot that has failed in `touchline run --robots`: take-over gives the others its
     remaining work, remove reports that it has been taken off the ground. Orders that stop a robot are repeated until

@@ -15,7 +15,7 @@ from touchline.recordings.writing import writing
 from touchline.schemas.messages import PaintMarks
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Template
-from touchline.services.planner.plots.ground import fill_ground, outline_ground
+from touchline.services.planner.plots.ground import fill_ground, fill_obstacles, outline_ground
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -96,6 +96,7 @@ def _draw(robots: Sequence[DrawnRobot], shares: Sequence[Template], path: Path, 
             axes.plot(stroke.x_m, stroke.y_m, color=colour, linewidth=2.2, solid_capstyle="butt")
     for area in (area for share in shares for area in share.areas):
         outline_ground(axes, area.polygon, EDGE, "-")
+    fill_obstacles(axes, shares[0])
     axes.legend(loc="upper right", fontsize="small", facecolor=EDGE, labelcolor="white")
     axes.set_title(plain(shares[0].title or shares[0].name, 200), fontweight="bold", loc="left")
     axes.set_title(caption, fontsize="small", loc="right")

@@ -15,6 +15,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.messages import PaintMarks, Smear
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Template
+from touchline.services.planner.plots.ground import fill_obstacles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -75,6 +76,10 @@ def paint(
     for edge in edges:
         x, y, _, _ = edge.at(np.array((0.0, edge.length_m)))
         axes.plot(x, y, color=EDGE, linewidth=0.8)
+    for curve in curves.values():  # seen where nothing is painted
+        x, y, _, _ = curve.at(np.linspace(0.0, curve.length_m, 50))
+        axes.plot(x, y, color=EDGE, linewidth=0.8)
+    fill_obstacles(axes, template)
     _smear(axes, list(smears))
     colours = None
     for stroke in strokes:

@@ -16,6 +16,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.frames import MAP_FRAME
 from touchline.schemas.messages import (
     ColorRGBA,
+    Duration,
     Header,
     Marker,
     MarkerArray,
@@ -37,6 +38,7 @@ _OUTLINE_M: Final = 0.05
 #: Heights of layers: fills, template, work, body.
 _FILL_Z_M, _TEMPLATE_Z_M, WORK_Z_M, _BODY_Z_M = -0.02, 0.0, 0.01, 0.05
 
+_FOREVER: Final = Duration()
 _LINE: Final = ColorRGBA(r=0.75, g=0.78, b=0.82, a=0.6)
 _AREA: Final = ColorRGBA(r=0.45, g=0.65, b=0.95, a=0.25)
 _BOUNDARY: Final = ColorRGBA(r=1.0, g=0.75, b=0.1, a=0.9)
@@ -131,9 +133,10 @@ class LineList:
     In CDR a marker with n points is one with a single point whose count is n and whose point is repeated.
     """
 
-    def __init__(self, ns: str, width_m: float, color: ColorRGBA) -> None:
+    def __init__(self, ns: str, width_m: float, color: ColorRGBA, lifetime: Duration = _FOREVER) -> None:
         width = Vector3(x=width_m, y=1.0, z=1.0)
-        marker = Marker(header=Header(frame_id=MAP_FRAME), ns=ns, type=Marker.LINE_LIST, scale=width, color=color)
+        header = Header(frame_id=MAP_FRAME)
+        marker = Marker(header=header, ns=ns, type=Marker.LINE_LIST, scale=width, color=color, lifetime=lifetime)
         self._none = encode(MarkerArray(markers=(marker.model_copy(update={"action": Marker.DELETE}),)))
         place = Point(x=1.25, y=-2.5, z=5.75)
         one, two = (
@@ -143,15 +146,24 @@ class LineList:
         at = one.index(struct.pack("<3d", place.x, place.y, place.z))
         self._before, self._behind = one[:at], one[at + 24 :]
 
-    def pack(self, lines: Floats) -> bytes:
-        """Return a MarkerArray of lines (n, 4) from x, y to x, y (m); without lines one that removes the marker."""
+    def pack(self, lines: Floats, colors: Floats | None = None) -> bytes:
+        """Return a MarkerArray of lines; without lines one that removes the marker.
+
+        Args:
+            lines: Lines (n, 4) from x, y to x, y (m).
+            colors: Red, green, blue and opacity (n, 4) of each, 0…1; None: all have the marker's.
+        """
         if not len(lines):
             return self._none
         points = np.full((2 * len(lines), 3), WORK_Z_M)
         points[:, :2] = lines.reshape(-1, 2)
         payload = bytearray(self._before)
         struct.pack_into("<I", payload, self._count_at, len(points))
-        return bytes(payload) + points.tobytes() + self._behind
+        behind = self._behind
+        if colors is not None:  # one for each point; the template has none
+            each = np.repeat(colors, 2, axis=0).astype("<f4")
+            behind = struct.pack("<I", len(each)) + each.tobytes() + behind[4:]
+        return bytes(payload) + points.tobytes() + behind
 
 
 def lines_through(points: Floats) -> Floats:

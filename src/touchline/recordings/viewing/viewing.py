@@ -9,6 +9,7 @@ import numpy as np
 
 from touchline.recordings.viewing.body_frames import MovingFrame, Stamp, fixed_frames, pose_of, stamp_of
 from touchline.recordings.viewing.markers import Floats, body_markers, template_markers
+from touchline.recordings.viewing.obstacle_lines import ObstacleLines
 from touchline.recordings.viewing.planned_poses import planned_poses
 from touchline.recordings.viewing.tool_track import ToolTrack
 from touchline.recordings.viewing.work_lines import WorkLines
@@ -17,7 +18,7 @@ from touchline.schemas.catalogue import parse_template
 from touchline.schemas.cdr import decode, decode_structure, encode
 from touchline.schemas.errors import PayloadError, SpecError
 from touchline.schemas.frames import BODY_FRAME, TRUE_BODY_FRAME
-from touchline.schemas.messages import Message, PaintMarks, String, Trajectory
+from touchline.schemas.messages import Message, Obstacles, PaintMarks, String, Trajectory
 from touchline.schemas.placement import to_map
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
@@ -75,6 +76,7 @@ class Viewing:
         self._work: WorkLines | None = None
         self._marks: PaintBatch | None = None
         self._track: ToolTrack | None = None
+        self._obstacles = ObstacleLines()
         self._of: dict[str, Callable[[bytes], Iterator[Drawn]]] = {
             topics.SETUP.name: self._take_setup,
             topics.TEMPLATE.name: self._take_template,
@@ -82,6 +84,7 @@ class Viewing:
             topics.ODOMETRY.name: self._take_odometry,
             topics.TRUTH.name: self._take_truth,
             topics.PAINT.name: self._take_paint,
+            topics.OBSTACLES.name: self._take_obstacles,
         }
 
     def take(self, topic: str, payload: bytes) -> list[Drawn]:
@@ -163,6 +166,9 @@ class Viewing:
         assert self._work is not None, "there is some since this paint"
         yield from _work_drawn(*self._work.due(stamp_of(payload)))
 
+    def _take_obstacles(self, payload: bytes) -> Iterator[Drawn]:
+        yield Drawn(topics.OBSTACLE_MARKERS, self._obstacles.pack(decode_structure(Obstacles, payload)))
+
     def _add_paint(self, marks: PaintBatch) -> None:
         before = self._marks
         if self._work is None or self._work.width_m != marks.width_m:
@@ -197,6 +203,7 @@ SOURCES_OF: Final = {
     topics.BODY_MARKERS: (topics.SETUP,),
     topics.TRUE_TRANSFORMS: (topics.TRUTH,),
     topics.TRUE_BODY_MARKERS: (topics.SETUP,),
+    topics.OBSTACLE_MARKERS: (topics.OBSTACLES,),
     **dict.fromkeys(WORK, (topics.SETUP, topics.TEMPLATE, topics.PAINT, topics.CLOCK)),
 }
 """Sources of each viewers' topic. The ground of a covering tool is made from `truth/odometry`."""

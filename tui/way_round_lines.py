@@ -1,0 +1,45 @@
+"""Lines about things in the robot's way, and what it does about them."""
+
+from __future__ import annotations
+
+import math
+from textwrap import wrap
+
+from textual.content import Content
+
+from touchline.schemas.messages.way_round_messages import WayRound
+from touchline.schemas.plain_text import plain
+from touchline.tui import format, theme
+from touchline.tui.panel_rows import row
+from touchline.tui.state import ConsoleState
+
+ANSWER_KEYS = "1 wait on, 2 go round, 3 leave out"
+
+
+def what_ends_it(state: ConsoleState) -> str:
+    """End of a wait before something, without a person."""
+    if state.robot.way_round.state == WayRound.PLANS:
+        return "plans a way round"
+    if (in_s := state.goes_round_in_s) is not None:
+        return f"goes round in {math.ceil(in_s)} s"
+    return "goes on once its way is clear"
+
+
+def way_round_lines(state: ConsoleState, width: int) -> list[Content]:
+    """Things in the way, the answers that the robot can be given, and what of the job is left out."""
+    told, lines = state.robot.way_round, list[Content]()
+    if told.things and state.busy:
+        named = format.cut(", ".join(told.things), width - 10)
+        lines.append(row("before" if state.blocked else "round", named))
+    if state.blocked and told.state == WayRound.FINDS_NO_WAY:
+        lines.append(Content.styled("▲ finds no way round", f"bold {theme.ORANGE}"))
+    if state.asks_way and not state.replayed:
+        unless = "unless told: " if state.goes_round_in_s is not None else ""
+        lines += [Content.styled(line, theme.INK) for line in wrap(f"{unless}{ANSWER_KEYS}", width)]
+    if told.left_out:
+        length_m = sum(each.length_m for each in told.left_out)
+        beside = ", ".join(dict.fromkeys(plain(each.outline) for each in told.left_out if each.outline))
+        shown = format.length(length_m)
+        beside = format.cut(f"  {beside}", width - 9 - len(shown)) if beside else ""
+        lines.append(row("left out", (shown, theme.ORANGE), (beside, theme.MUTED)))
+    return lines
