@@ -102,7 +102,7 @@ TABLE = (
         {Bar.JOB: ("Go round", 1)}, group=Group.WAY,
     ),
     ConsoleKey(
-        *("3", "command('leave_out')", "Leave out", "3", "Go round it now, and leave out for good what is beside it"),
+        *("3", "command('leave_out')", "Leave out", "3", "Go round, and leave out for good what is beside it"),
         {Bar.JOB: ("Leave out", 1)}, group=Group.WAY,
     ),
     ConsoleKey(

@@ -28,7 +28,7 @@ class PaintTrack:
         self._y: NDArray[np.float64] = np.empty(1024)
         self._joined: NDArray[np.bool_] = np.empty(1024, dtype=np.bool_)
         self._count = 0
-        self._next_index = 0
+        self._next_index = self._kept = 0
         self._waiting: list[PaintMarks] = []
         self.revision = 0
         self.needs_fetch = False
@@ -46,7 +46,18 @@ class PaintTrack:
     def clear(self) -> None:
         """Drop all paint, also that of an answer under way."""
         self._void |= self._asked
-        self._count = self._next_index = 0
+        self._kept = 0
+        self._restart()
+
+    def begin_drive(self, *, same_job: bool) -> None:
+        """Begin another drive, whose list of strokes has only its own; of the same job the paint so far is kept."""
+        self._void |= self._asked
+        self._kept, self._next_index = self._count if same_job else 0, 0
+        self._waiting.clear()
+
+    def _restart(self) -> None:
+        """Drop all paint of this drive."""
+        self._count, self._next_index = self._kept, 0
         self._waiting.clear()
         self.needs_fetch = False
         self.revision += 1
@@ -75,9 +86,9 @@ class PaintTrack:
             self._append(marks.first_index, marks.x_m, marks.y_m)
 
     def restore(self, strokes: Sequence[PaintMarks]) -> None:
-        """Replace everything by the fetched strokes, then add the newer parts of the batches that came meanwhile."""
+        """Replace this drive's paint by the fetched strokes, then add newer parts of batches that came meanwhile."""
         waiting = self._waiting[:]
-        self.clear()
+        self._restart()
         for stroke in strokes:
             self._append(stroke.first_index, stroke.x_m, stroke.y_m)
         for marks in waiting:

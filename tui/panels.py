@@ -137,7 +137,7 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
 def _unfinished_lines(state: ConsoleState, width: int) -> list[Content]:
     """Lines about an unfinished job: its name, the reason of its end, and the alternatives."""
     job = offered(state)
-    if job is None or state.traversal == TraversalStatus.READY:
+    if job is None or state.traversal == TraversalStatus.READY or state.robot.way_round.continues:
         return []
     again = ("l", "the whole job anew") if state.path is not None else ("t", "another job, or this anew")
     lines = []

@@ -79,6 +79,8 @@ class Robot:
     """Sim time of that report."""
     way_round: WayRound = field(default_factory=WayRound)
     """Its handling of things in its way."""
+    planned_drive: int = 0
+    """Number of the drive of its job whose plan came last; 0 if unknown."""
     unfinished: UnfinishedJob | None = None
     """Job that it could continue; without a length, there is none."""
     stopped_by: str = ""
@@ -135,7 +137,23 @@ class Robot:
     def _obstacles(self, message: Obstacles) -> None:
         self.obstacles, self.obstacles_s = obstacle_views(message), seconds(message.header.stamp)
 
+    def take_plan(self, *, follows: bool) -> bool:
+        """Note that a plan has come; return True if it is of the next drive of the same job.
+
+        The robot's count of drives comes before the plan or after it.
+
+        Args:
+            follows: Whether the robot had a plan before.
+        """
+        told = self.way_round
+        counted = told.drives > self.planned_drive > 0
+        same_job = follows and (counted or told.continues)
+        self.planned_drive = told.drives + (same_job and not counted)
+        return same_job
+
     def _way_round(self, message: WayRound) -> None:
+        if message.drives < self.way_round.drives or not self.planned_drive:  # of another job, or the first heard
+            self.planned_drive = message.drives
         self.way_round = message.model_copy(update={"things": tuple(map(plain, message.things))})
 
     def _truth(self, message: TrueCoverage) -> None:

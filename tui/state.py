@@ -478,6 +478,9 @@ class ConsoleState:
         known = self._known_job if self._known_job.template is self.loaded.template else NOTHING
         views = (self.loaded.path, known.path)
         path = next((view for view in views if view is not None and view.trajectory == message), None)
+        before = self.loaded.path
+        if path is None or path is not before:  # not the same once more
+            self.paint.begin_drive(same_job=self.robot.take_plan(follows=before is not None))
         self.loaded = JobView(self.loaded.template, path or PathView.of(message, self.loaded.template))
         self.paint.request_fetch()
 

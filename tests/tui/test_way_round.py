@@ -13,7 +13,7 @@ from touchline.tui import panels
 from touchline.tui.key_bar import KeyBar
 from touchline.tui.map_raster import Ink
 from touchline.tui.map_view import MapView
-from touchline.tui.protocol import Incoming
+from touchline.tui.protocol import Incoming, PaintFetched
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.state import ConsoleState
 
@@ -95,6 +95,26 @@ def test_the_end_of_one_drive_of_several_is_no_end_of_the_job(template: Template
     shown = state(*scenes.finished(template), way_round(W.DRIVES, continues=True))
     assert panels.hint(shown) == ("", "the job goes on: the robot plans the rest")
     assert "result" not in lines(shown)
+
+
+@pytest.mark.parametrize("counted_first", [True, False])
+def test_paint_stays_when_the_robot_goes_round_and_not_when_it_begins_another_job(
+    template: Template, *, counted_first: bool
+) -> None:
+    shown = state(way_round(W.DRIVES, drives=1), *scenes.mid_run(template))
+    painted = len(shown.paint)
+    plans = [received(topics.PLAN, each().trajectory) for each in (scenes.drive_response, scenes.leaving_response)]
+    for drives, plan in enumerate(plans, start=2):
+        shown.apply(way_round(W.PLANS, drives=drives - 1, continues=not counted_first), 1.0)
+        told = way_round(W.DRIVES, drives=drives)
+        for event in (told, plan) if counted_first else (plan, told):
+            shown.apply(event, 1.0)
+        shown.apply(PaintFetched(tuple(scenes.strokes(template, 1))), 1.0)
+        assert len(shown.paint) > painted > 0
+        painted = len(shown.paint)
+    for event in (plans[0], way_round(W.DRIVES, drives=1), PaintFetched(())):
+        shown.apply(event, 1.0)
+    assert len(shown.paint) == 0
 
 
 async def test_answers_have_keys_while_the_robot_waits(waiting: list[Incoming]) -> None:
