@@ -1,4 +1,4 @@
-"""What a robot does about things in its way."""
+"""Ways of a robot round things in its way."""
 
 from typing import ClassVar
 
@@ -8,7 +8,7 @@ from touchline.schemas.messages.standard import Header, Time
 
 
 class WayRound(Message):
-    """What a robot does about things in its way, and what of the job it has not done for them.
+    """Report on things in a robot's way: what it does about them, and what of the job it has not done for them.
 
     It is sent whenever that changes. ``things`` are those in the way, or that it goes round. A robot that ``WAITS``
     goes round them at ``goes_round_at`` unless it is answered before; zero: it waits until they have gone. With
