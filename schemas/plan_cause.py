@@ -13,7 +13,10 @@ from touchline.schemas.spec import GrownSpec
 
 
 class PlanCause(GrownSpec):
-    """Options of a plan, goal and known ground of one that leads to a pose, and the lines left out in part or whole."""
+    """Options of a plan, goal of one that leads to a pose, the lines left out in part or whole, and known ground.
+
+    The known ground of a template's plan is what its robot had seen besides the template's own outlines.
+    """
 
     options: PlanOptions = PlanOptions()
     goal: PoseGoal | None = None

@@ -55,12 +55,14 @@ class Ready(NamedTuple):
         taken: Entry for the journal.
         payloads: Payloads to publish about it.
         trajectory: The trajectory.
+        template: Its template, if there is one.
     """
 
     job: LoadedJob
     taken: Taken
     payloads: list[Payload]
     trajectory: m.Trajectory
+    template: Template | None
 
 
 class Load(NamedTuple):
@@ -105,6 +107,7 @@ class Commands:
         loads: Handlers of services that take a trajectory, which needs time to be read and checked.
         outgoing: Payloads to publish, which the caller takes.
         trajectory: Trajectory that was taken last.
+        taken: Called after a load was taken.
     """
 
     def __init__(
@@ -119,6 +122,7 @@ class Commands:
         self._guiding = guiding
         self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
         self.trajectory = m.Trajectory()
+        self.taken: Callable[[Ready], None] = lambda ready: None
         self.outgoing: list[Payload] = telemetry.news() if self._progress.restore_latch() else []
         self._unfinished = self._progress.unfinished
         if journal is not None:
@@ -178,7 +182,7 @@ class Commands:
             works=bool(job.ledger.ids) or job.account is not None,
             resumed=request.resume,
         )
-        return Ready(job, taken, job_payloads(request.trajectory, template), request.trajectory)
+        return Ready(job, taken, job_payloads(request.trajectory, template), request.trajectory, template)
 
     def prepare_start(self, request: m.StartTraversalRequest) -> Ready:
         """Prepare a trajectory alone, as `prepare_load`."""
@@ -213,7 +217,13 @@ class Commands:
         if job.earlier is not None:
             self.outgoing += self._telemetry.restored_paint()
         self.outgoing += self._of_journal(self._progress.loaded(ready.taken))
+        self.taken(ready)
         return total_time_s
+
+    @property
+    def concluded(self) -> bool:
+        """True unless the report of an ended traversal is still being made: nothing is loaded before."""
+        return self._telemetry.ended is None
 
     def refuse_load(self, reason: str) -> m.LoadResponse:
         """Return the answer to a refused load."""

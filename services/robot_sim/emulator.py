@@ -29,7 +29,7 @@ from touchline.onboard.interface import (
 from touchline.onboard.trajectory.trajectory import resume_pose
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.faults import BatteryLow, Fault, TankEmpty
-from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus
+from touchline.schemas.messages import Event, Guidance, Trajectory, TraversalStatus, WayRound
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.scenario import Scenario
@@ -120,6 +120,7 @@ class Emulator:
         self.settling = Settling()
         self.contacts: list[Contact] = []
         self._events: list[OnboardEvent] = []
+        self._way_round: WayRound | None = None
         if scenario.start is not None:
             self.world.place(TruePose(scenario.start.x_m, scenario.start.y_m, scenario.start.heading_rad))
 
@@ -403,13 +404,30 @@ class Emulator:
         self.faults.inject(fault, self.tick_count)
         self._note("inject-fault", fault=fault.model_dump(mode="json", exclude_none=True))
 
+    def note_way_round(self, said: WayRound, warning: str = "") -> None:
+        """Note what the robot does about things in its way, for others to know.
+
+        Args:
+            said: The report; its header is filled in when it is sent.
+            warning: Text for the operator; "" for none.
+        """
+        self._way_round = said
+        if warning:
+            self._events.append(OnboardEvent(Event.WARN, "way-round", warning))
+        self._note("way-round", said=said.model_dump(mode="json", exclude={"header"}), warning=warning)
+
+    def take_way_round(self) -> WayRound | None:
+        """Return and clear the last report about things in the way; None if there is no new one."""
+        said, self._way_round = self._way_round, None
+        return said
+
     def _note(self, name: str, **details: Any) -> None:
         self.orders.note(self.tick_count, name, **details)
 
     def take_events(self) -> list[OnboardEvent]:
-        """Return and clear the events: faults that began and ended, contacts, then those of the onboard computer."""
-        contacts, self._events = self._events, []
-        return self.faults.take_events() + contacts + self.onboard.take_events()
+        """Return and clear the events: faults that began and ended, contacts and ways round, the onboard computer's."""
+        own, self._events = self._events, []
+        return self.faults.take_events() + own + self.onboard.take_events()
 
     def tick(self) -> None:
         """Run one tick of 10 ms."""

@@ -15,6 +15,8 @@ from touchline.services.robot_sim.command_handlers import Handler
 
 GUARDIANS: Final = frozenset((topics.CONSOLE, topics.OPERATOR, topics.PLANNER, topics.COORDINATOR))
 """Nodes of which at least one must be on the bus while the robot drives by itself."""
+OPERATORS: Final = frozenset((topics.CONSOLE, topics.OPERATOR))
+"""Nodes of people who watch a robot."""
 WATCHDOG_S: Final = 0.2
 """Real time without a command after which valve and wheels stop by themselves."""
 RESET_AFTER_S: Final = 0.5
@@ -73,6 +75,11 @@ class LinkWatch:
         self._presence = bus.presence()
         self._timeout_s = timeout_s
         self._seen_s: float | None = None
+
+    @property
+    def attended(self) -> bool:
+        """True if an operator is on the bus who could answer, as of the last call of `lost`."""
+        return bool(OPERATORS & self._presence.alive())
 
     def lost(self, driving: bool, now_s: float) -> bool:
         """Return True if the robot drives and no guardian has been there for the time-out.

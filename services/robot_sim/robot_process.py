@@ -33,6 +33,7 @@ from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.recorder_limit import RecorderLimit
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 from touchline.services.robot_sim.traversal_figures import Reports
+from touchline.services.robot_sim.way_round.way_round_service import WayRoundService
 
 _LOG: Final = logging.getLogger(__name__)
 SERVED_AT_ONCE: Final = 4
@@ -169,8 +170,12 @@ class RobotProcess:
         handlers[topics.RESET] = latch.reset(handlers[topics.RESET])
         self._loader = Loader()
         self._goals = Goals(bus, self._emulator, self._commands, self._loader.prepare, self._pace)
+        self._way_round = WayRoundService(
+            bus, self._emulator, self._commands, lambda: self._link.attended, self._publish_so_far
+        )
+        self._commands.taken = self._way_round.begin
         for service in [service for service in handlers if service.urgent]:
-            handlers[service] = self._cancelling_goals(handlers[service])
+            handlers[service] = self._cancelling(handlers[service], for_good=service != topics.PAUSE)
         served = [(bus.serve(service), handler) for service, handler in handlers.items()]
         self._stops = [(server, handler) for server, handler in served if server.service.urgent]
         self._others = [(server, handler) for server, handler in served if not server.service.urgent]
@@ -212,7 +217,9 @@ class RobotProcess:
         self._rate.note(now, self._emulator.tick_count)
         self._publish_health()
         if self._time_passes:
-            if self._held:
+            if self._held_for_plan:
+                pass
+            elif self._held:
                 self._held_at_s = now
             else:
                 waits = self._run(self._pacer.due(now, self._emulator.tick_count), now + slice_s)
@@ -258,10 +265,18 @@ class RobotProcess:
 
         At real time or slower sim time is never held: an operator would see a robot that stands although it drives.
         """
-        hurries = self._pacer.factor < 0.0 or self._pacer.factor > 1.0
-        if not (hurries and self._running):
+        if not (self._hurries and self._running):
             return False
         return self._outlet.behind or self._recorder_limit.passed(self._emulator.time_s)
+
+    @property
+    def _hurries(self) -> bool:
+        return self._pacer.factor < 0.0 or self._pacer.factor > 1.0
+
+    @property
+    def _held_for_plan(self) -> bool:
+        """True if sim time stands still for a plan round what is in the way, which takes wall-clock time."""
+        return self._hurries and self._way_round.plans
 
     @property
     def _held_back(self) -> bool:
@@ -289,10 +304,11 @@ class RobotProcess:
             if news or self._telemetry.full or self._emulator.settled:
                 self._publish_held()
                 self._publish(news)
+            self._way_round.look()
             ticks -= done
             now = time.monotonic()
             self._answer_all_stops(now)
-            if now >= until_s:
+            if now >= until_s or self._held_for_plan:
                 self._pacer.give_back(ticks)
                 break
         self._publish_held()
@@ -301,6 +317,11 @@ class RobotProcess:
     def _publish_held(self) -> None:
         """Publish the messages that were due in the ticks since the last time, all at once."""
         self._publish(self._telemetry.told())
+
+    def _publish_so_far(self) -> None:
+        """Publish what is held and what the handlers have to publish."""
+        self._publish_held()
+        self._publish(self._commands.take())
 
     def _serve(self) -> None:
         for server, handler in self._others:
@@ -314,6 +335,7 @@ class RobotProcess:
                     break
                 self._begin_load(call, server)
         self._goals.turn()
+        self._way_round.turn()
         for news in self._guided.turn(time.monotonic()):
             self._commands.report(*news)
         self._publish(self._commands.take())
@@ -349,12 +371,19 @@ class RobotProcess:
         self._publish(self._commands.take())
         call.reply(response)
 
-    def _cancelling_goals(self, handler: Handler) -> Handler:
-        """Wrap a handler that stops the robot, so that no earlier goal sets it in motion afterwards."""
+    def _cancelling(self, handler: Handler, *, for_good: bool) -> Handler:
+        """Wrap a handler that stops the robot, so that no earlier goal and no way round sets it in motion afterwards.
+
+        Args:
+            handler: The handler.
+            for_good: True unless the robot can resume its drive.
+        """
 
         def handle(request: Any) -> Message:
             response = handler(request)
             self._goals.cancel()
+            if self._way_round.stop(for_good=for_good):
+                return m.CommandResponse(success=True, message="the robot stands, and its job ends here")
             return response
 
         return handle

@@ -201,7 +201,7 @@ class Telemetry:
             due.append(obstacles(tick, perception))
         if tick % _PAINT_TICKS == 0:
             due += self._paint(time)
-        due += [*self._orders(), *self._events(), *self._warnings()]
+        due += [*self._orders(), *self._events(), *self._warnings(), *self._way_round()]
         if tick % _STATUS_TICKS == 0 or emulator.onboard.state != self._state:
             flowing = bool(row[tick_log.FLOW_LPS] > 0.0)
             due += self._stands(time, emulator.onboard.status, float(row[tick_log.SPEED]), flowing=flowing)
@@ -298,7 +298,7 @@ class Telemetry:
 
     def news(self) -> list[Payload]:
         """Return the changes made by a command: events, the status and the truth beside it."""
-        payloads = [*self._orders(), *self._events(), *self._warnings(), *self.standing()]
+        payloads = [*self._orders(), *self._events(), *self._warnings(), *self._way_round(), *self.standing()]
         self.digest.add(payloads)
         return payloads
 
@@ -345,6 +345,13 @@ class Telemetry:
             return []
         self._warning = warning
         return [about_to_move(self._emulator.tick_count, warning)]
+
+    def _way_round(self) -> list[Payload]:
+        """Return the report about things in the way, if there is a new one."""
+        said = self._emulator.take_way_round()
+        if said is None:
+            return []
+        return [(topics.WAY_ROUND, encode(said.model_copy(update={"header": header(self._emulator.tick_count)})))]
 
     def _area(self, time: Stamp) -> list[Payload]:
         account = self._emulator.account

@@ -4,9 +4,10 @@ import math
 
 import pytest
 
-from touchline.jobs.shared.unfinished_lines import OVERLAP_M, Standing, left_out, shortened, unfinished
+from touchline.jobs.shared.unfinished_lines import Standing, left_out, shortened, unfinished
 from touchline.onboard.interface import PaintBelief
 from touchline.schemas.errors import PlanningError
+from touchline.schemas.line_parts import OVERLAP_M
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import ArcSpec, LineSpec, Polygon, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle

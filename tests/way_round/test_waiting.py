@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from touchline.jobs.way_round.waiting import PATIENT, Waiting, WaitingOrder
+from touchline.services.robot_sim.way_round.waiting import PATIENT, Waiting, WaitingOrder
 
 
 class Report(NamedTuple):

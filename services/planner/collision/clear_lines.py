@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from touchline.schemas.curves import Curve, wrap_angle
+from touchline.schemas.line_parts import part_of, redrawn
 from touchline.schemas.messages import LeftOutStretch
 from touchline.schemas.swath_ids import line_id_of, line_part_id
-from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
+from touchline.schemas.template import Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.checker import MARGIN_M, CollisionChecker, first_touch
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
@@ -222,23 +222,3 @@ def _clear(stroke: Stroke, checker: CollisionChecker, room_m: float) -> Iterator
         if last - 1 > first:
             yield float(at_m[first]), float(at_m[last - 1])
         first = last + 1
-
-
-def part_of(curve: Curve, from_m: float, to_m: float) -> Curve:
-    """Cut a part out of a line or an arc."""
-    x, y, heading, _ = (float(value) for value in curve.at(from_m))
-    return replace(curve, x_m=x, y_m=y, heading_rad=wrap_angle(heading), length_m=to_m - from_m)
-
-
-def redrawn(segment: TemplateSegment, curve: Curve, name: str = "") -> TemplateSegment:
-    """Copy of a segment along another curve, with another id if that is given."""
-    line: LineSpec | None = None
-    arc: ArcSpec | None = None
-    start = curve.x_m, curve.y_m
-    if curve.curvature_1pm == 0.0:
-        line = LineSpec(start=start, end=curve.end[:2])
-    else:
-        radius = 1.0 / curve.curvature_1pm
-        center = start[0] - radius * math.sin(curve.heading_rad), start[1] + radius * math.cos(curve.heading_rad)
-        arc = ArcSpec(start=start, center=center, sweep_angle=curve.curvature_1pm * curve.length_m)
-    return segment.model_copy(update={"id": name or segment.id, "line": line, "arc": arc})

@@ -8,9 +8,9 @@ import numpy as np
 
 from touchline.core.robust_overlay import difference, union
 from touchline.schemas.curves import Curve
+from touchline.schemas.line_parts import part_of
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.collision.clear_lines import part_of
 from touchline.services.planner.coverage.swept_area import swept
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 from touchline.services.planner.plan import Plan

@@ -9,7 +9,7 @@ from touchline.checking.recorded_session import GivenJob, NotRebuilt, RecordedSe
 from touchline.onboard import Onboard
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import parse_fault
-from touchline.schemas.messages import Guidance
+from touchline.schemas.messages import Guidance, WayRound
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.initial_state import DamagedState, InitialState
@@ -74,6 +74,9 @@ class Rebuild:
             "refill-tank": lambda _: emulator.refill_tank(),
             "replace-battery": lambda _: emulator.replace_battery(),
             "link-lost": lambda _: emulator.link_lost(),
+            "way-round": lambda details: emulator.note_way_round(
+                WayRound.model_validate(details["said"]), str(details["warning"])
+            ),
             "inject-fault": lambda details: emulator.inject_fault(parse_fault(_json(details["fault"]))),
         }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from touchline.checking.recorded_session import GivenJob
 from touchline.schemas.messages import Trajectory
+from touchline.schemas.template import Polygon
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import plan
@@ -23,4 +24,8 @@ def planned_again(job: GivenJob, vehicle: Vehicle) -> Trajectory | None:
         return None
     if job.cause.goal is not None:
         return plan_to_goal(job.cause.goal, vehicle, job.cause.options, ground=job.cause.ground).trajectory
-    return plan(job.template, vehicle, job.cause.options).trajectory if job.template is not None else None
+    if job.template is None:
+        return None
+    seen = tuple(Polygon(id=each.id, corners=each.corners) for each in job.cause.ground.obstacles)
+    template = job.template.model_copy(update={"obstacles": (*job.template.obstacles, *seen)})
+    return plan(template, vehicle, job.cause.options).trajectory

@@ -22,6 +22,8 @@ from touchline.cli.shared_job_runs import TakeOverOption, TeamOption, TeamPace, 
 from touchline.cli.template_choice import TemplateChoice
 from touchline.jobs.single.bus_run import BusRun, JobOptions
 from touchline.jobs.watcher import JobFailed
+from touchline.jobs.way_round.drives_report import draw_drives
+from touchline.jobs.way_round.way_round_run import WayRoundRun
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.digest import scenario_hash
@@ -34,6 +36,7 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
 from touchline.schemas.template import Template
 from touchline.schemas.topics import DEFAULT_NAMESPACE
+from touchline.services.robot_sim.way_round.way_round_job import goes_round
 from touchline.supervision.running_system import only_one
 from touchline.supervision.secured_system import system_identities
 from touchline.supervision.temporary_system import ProcessOptions, local_system
@@ -140,7 +143,8 @@ def run_job(
         system.wait_until_ready(say)
         if secure:
             check_secured(system.bus.config, identities[Role.OBSERVER])
-        return _do(BusRun(system.bus, job_options, Terminal(advance, partial(watch_system, system))), begun, plot)
+        terminal = Terminal(advance, partial(watch_system, system))
+        return _do(_job(template, system.bus, job_options, terminal), begun, plot)
 
 
 def run_on_bus(
@@ -162,7 +166,7 @@ def run_on_bus(
         setup = _setup_of(bus)
         cause = scenario_hash(setup, template, options)
         job_options = JobOptions(template.to_json(), options, speed, output.record, cause, setup.vehicle)
-        job = BusRun(bus, job_options, Terminal(advance, partial(watch_robot, presence, config.namespace)))
+        job = _job(template, bus, job_options, Terminal(advance, partial(watch_robot, presence, config.namespace)))
         return setup, _do(job, begun, output.plot)
 
 
@@ -196,6 +200,11 @@ def watch_robot(presence: Presence, name: str) -> None:
             raise JobFailed(f"robot {name} has left the bus; back again, it can go on (touchline order go-on)")
 
 
+def _job(template: Template, bus: Bus, options: JobOptions, terminal: Terminal) -> BusRun:
+    """Return the job, of several drives if the robot goes round things."""
+    return (WayRoundRun if goes_round(options.vehicle, template) else BusRun)(bus, options, terminal)
+
+
 def _do(job: BusRun, begun_s: float, plot: Path | None) -> dict[str, Any]:
     """Do the job and draw it; return the run report, or why the job ended early."""
     try:
@@ -213,6 +222,9 @@ def _do(job: BusRun, begun_s: float, plot: Path | None) -> dict[str, Any]:
 def _draw(job: BusRun, path: Path) -> None:
     from touchline.jobs.single.work_picture import draw_work
 
+    if isinstance(job, WayRoundRun) and job.several:
+        draw_drives(parse_template(job.options.template_json), job.strokes, job.gaps, path, job.caption)
+        return
     strokes = job.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
     template = parse_template(job.options.template_json)
     draw_work(template, strokes, path, job.report, job.area)

@@ -88,6 +88,20 @@ class ReportedTruth:
         """Return the robot's paint, from the reported batches."""
         return joined(self._batches)
 
+    def drives(self, template: Template, ends_s: Sequence[float]) -> list[tuple[list[PaintMarks], Work]]:
+        """Return strokes and work of several drives, one after another since `begin`.
+
+        Args:
+            template: Template of all of them.
+            ends_s: Sim time at which the report of each was made.
+        """
+        path, found = np.concatenate((np.zeros((0, 4)), *self._rows)), list[tuple[list[PaintMarks], Work]]()
+        for from_s, to_s in zip([self._since_s, *ends_s[:-1]], ends_s, strict=True):
+            batches = [each for each in self._batches if from_s < each.header.stamp.seconds <= to_s]
+            strokes, own = joined(batches), path[(path[:, 0] > from_s) & (path[:, 0] <= to_s)]
+            found.append((strokes, reported_work(template, self._vehicle, strokes, batches, own)))
+        return found
+
     def work(self, template: Template, strokes: Sequence[PaintMarks]) -> Work:
         """Return the robot's work on the assignment, on the shared clock.
 

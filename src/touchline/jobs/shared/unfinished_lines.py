@@ -1,29 +1,22 @@
 """Unfinished lines of a template when robots stop early, and robots that stand in the way of the rest."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from touchline.core.arcs import abreast, unit
-from touchline.core.robust_overlay import buffer
 from touchline.onboard.interface import PaintBelief
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
+from touchline.schemas.line_parts import DONE_M, OVERLAP_M, gaps_between, part_of, redrawn, with_overlap
 from touchline.schemas.template import Polygon, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.collision.clear_lines import part_of, redrawn
 from touchline.services.planner.plan import Plan
+from touchline.services.robot_sim.grown_outlines import body_at, grown
 
-if TYPE_CHECKING:
-    import shapely
-
-OVERLAP_M: Final = 0.005
-"""Overlap where painting of a line resumes, as after a pause."""
-DONE_M: Final = 0.02
-"""Remainders of a line up to this length are not painted."""
 SHORTER_M: Final = 1.0
 """Length by which a line beside a standing robot is shortened per attempt."""
 NEAR_M: Final = 6.0
@@ -50,24 +43,6 @@ class Standing:
             apart_m: Clearance.
         """
         return grown(f"robot {self.name}", body_at(self.pose, vehicle), apart_m)
-
-
-def body_at(pose: tuple[float, float, float], vehicle: Vehicle) -> "shapely.Polygon":
-    """Return the outline of a vehicle's body at a pose, x (m), y (m), heading (rad), map frame."""
-    import shapely
-
-    x, y, heading = pose
-    cos, sin = math.cos(heading), math.sin(heading)
-    return shapely.Polygon([(x + cos * a - sin * b, y + sin * a + cos * b) for a, b in vehicle.body.footprint_m])
-
-
-def grown(name: str, shape: "shapely.Polygon", by_m: float) -> Polygon:
-    """Return an outline with a clearance (m) all round."""
-    import shapely
-
-    room = shapely.simplify(buffer(shape, by_m, quad_segs=4), 0.01)
-    corners = shapely.get_coordinates(room)[:-1].tolist()
-    return Polygon(id=name, corners=tuple((a, b) for a, b in corners))
 
 
 def unfinished(plan: Plan, share: Template, painted: PaintBelief) -> list[TemplateSegment]:
@@ -115,20 +90,6 @@ def left_out(before: Template, after: Template) -> list[TemplateSegment]:
             for number, gap in enumerate(missing, start=1)
         ]
     return remaining
-
-
-def gaps_between(spans: Iterable[tuple[float, float]], length_m: float) -> Iterator[tuple[float, float]]:
-    """Yield the parts of a line, from and to (m), that no span covers, unless they are too short to be painted."""
-    at_m = 0.0
-    for from_m, to_m in [*sorted(spans), (length_m, length_m)]:
-        if from_m - at_m > DONE_M:
-            yield at_m, from_m
-        at_m = max(at_m, to_m)
-
-
-def with_overlap(curve: Curve, gap: tuple[float, float]) -> Curve:
-    """Return the part of a curve that closes a gap, from and to (m), with `OVERLAP_M` at each joint."""
-    return part_of(curve, max(gap[0] - OVERLAP_M, 0.0), min(gap[1] + OVERLAP_M, curve.length_m))
 
 
 def _span(curve: Curve, part: Curve) -> tuple[float, float]:

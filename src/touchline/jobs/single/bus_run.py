@@ -42,6 +42,7 @@ from touchline.schemas.messages import (
     TraversalReport,
     TraversalStatus,
 )
+from touchline.schemas.messages.base import Message
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.supplies import full
 from touchline.schemas.topics import Request, Response, Service
@@ -89,6 +90,7 @@ class BusRun:
     """Report of the areas, once the job is done, if a covering tool has worked on some."""
     contacts: ContactReport | None = field(default=None, init=False)
     """Report of contacts with things, once the job is done, if there were any."""
+    _reported: bool = field(default=False, init=False)
     _of_job: JobMessageFilter = field(default_factory=JobMessageFilter, init=False)
 
     def run(self) -> dict[str, Any]:
@@ -101,20 +103,22 @@ class BusRun:
             JobFailed: A service refused, died, or the robot stopped for good.
             CallError: A service did not answer.
         """
-        inbox = self.bus.inbox([topics.EVENTS, topics.AREA_REPORT, topics.CONTACT_REPORT, topics.REPORT])
+        inbox = self.bus.inbox(
+            [topics.EVENTS, topics.AREA_REPORT, topics.CONTACT_REPORT, topics.WAY_ROUND, topics.REPORT]
+        )
         latest = self.bus.inbox([topics.STATUS], keep="latest")
         pauses = self.bus.inbox([topics.PAUSE_STATUS], keep="latest")
         plan = self._plan()
         recording = self._start_recording()
         try:
             self._load_and_start(plan, latest)
-            status, report = self._follow(inbox, latest, pauses)
+            status = self._follow(inbox, latest, pauses)
         except (TouchlineError, KeyboardInterrupt):
             self._give_up(recording)
             raise
-        wall_s, self.report = time.monotonic() - self.started_at, report
+        wall_s = time.monotonic() - self.started_at
         recorded = self._stop_recording()
-        return self._report(plan, status, report, wall_s, recorded)
+        return self._report(plan, status, wall_s, recorded)
 
     def _plan(self) -> PlanResponse:
         self.watcher.stage("Planning")
@@ -176,19 +180,30 @@ class BusRun:
             raise JobFailed(f"the robot refused to start: {started.message}")
         self.started_at = time.monotonic()
 
-    def _follow(self, inbox: Inbox, latest: Inbox, pauses: Inbox) -> tuple[TraversalStatus, TraversalReport]:
+    def _hear(self, message: Message) -> None:
+        """Take a message of the robot's."""
+        if isinstance(message, Event):
+            self.watcher.event(message.severity, f"{message.source}: {message.text}")
+        elif isinstance(message, AreaReport) and self._of_job.report(message):
+            self.area = message
+        elif isinstance(message, ContactReport) and self._of_job.report(message):
+            self.contacts = message
+        elif isinstance(message, TraversalReport) and self._of_job.report(message):
+            self.report, self._reported = message, True
+
+    @property
+    def _over(self) -> bool:
+        """True once the robot has reported the end of the job."""
+        return self._reported
+
+    def _follow(self, inbox: Inbox, latest: Inbox, pauses: Inbox) -> TraversalStatus:
         status, pause, patience, moved_to = TraversalStatus(), PauseStatus(), StallDetector(), -1.0
         while True:
             self.watcher.check()
             for _, message in inbox.messages():
-                if isinstance(message, Event):
-                    self.watcher.event(message.severity, f"{message.source}: {message.text}")
-                elif isinstance(message, AreaReport) and self._of_job.report(message):
-                    self.area = message
-                elif isinstance(message, ContactReport) and self._of_job.report(message):
-                    self.contacts = message
-                elif isinstance(message, TraversalReport) and self._of_job.report(message):
-                    return next(_statuses(latest), status), message
+                self._hear(message)
+            if self._over:
+                return next(_statuses(latest), status)
             status = next(_statuses(latest), status)
             pause = next((message for _, message in pauses.messages() if isinstance(message, PauseStatus)), pause)
             if status.arc_length_m != moved_to:
@@ -229,10 +244,10 @@ class BusRun:
         self,
         plan: PlanResponse,
         status: TraversalStatus,
-        report: TraversalReport,
         wall_s: float,
         recording: dict[str, Any] | None,
     ) -> dict[str, Any]:
+        report = self.report
         lacking = recording["problem"] if recording is not None and not recording["complete"] else ""
         return {
             "success": report.success and not lacking,

@@ -33,7 +33,7 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.drive_log import DriveLog
-from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
+from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.loaded_job import Taking
 from touchline.services.robot_sim.telemetry import Telemetry
@@ -207,6 +207,9 @@ def simulate_with(
 class Rerouting(Protocol):
     """Choice of other drives than the one that was given, by what the robot meets."""
 
+    def begins(self, drive: GivenDrive, told: Callable[[], None]) -> None:
+        """Note that the robot has taken a drive; `told` is called after each of its reports, to publish it."""
+
     def gives_up(self) -> str:
         """Return why the present drive ends where the robot stands; "" to go on. Asked ten times a second."""
 
@@ -264,20 +267,24 @@ def carry_out(
                     publish()
             publish()
 
+        def told() -> None:
+            if listened:
+                listener.hear("", telemetry.news())
+
         def look() -> None:
-            if rerouting is not None and emulator.onboard.state in UNDER_WAY and (why := rerouting.gives_up()):
+            if rerouting is not None and (why := rerouting.gives_up()):
                 emulator.abort(why)
-                if listened:
-                    listener.hear("", telemetry.news())
+                told()
 
         listener.hear("", before)
         while True:
             if listened:
                 listener.hear("", telemetry.awake())
                 listener.hear("", telemetry.loaded(drive.trajectory, drive.template))
+            if rerouting is not None:
+                rerouting.begins(drive, told)
             emulator.start()
-            if listened:
-                listener.hear("", telemetry.news())
+            told()
             reason = _drive(emulator, run_slice, progress, slice_ticks, look)
             strokes = telemetry.strokes() if products.strokes else ()
             done.append(Outcome(*(telemetry.final or telemetry.reports()), reason, 0.0, None, strokes))

@@ -49,6 +49,9 @@ DOUBTFUL_MPS: Final = 0.3
 """Speed at which the robot passes what may be ground."""
 _CREEPS_MPS: Final = 0.03
 """Allowed speed below which a robot that stands does not move on."""
+_OFF_AGAIN_M: Final = 0.08
+"""Clearance from things that may move, beyond what is needed, at which the robot comes to rest as planned: at the limit
+the noise of hits would not let it drive away again."""
 _NEAR_SHARE: Final = 0.4
 """Poses are closer together near the robot: there their distance is this share of the mean."""
 _EXACT_M: Final = 1e-6
@@ -241,11 +244,15 @@ def find_stop(computer: Computer) -> None:
     way = computer[0].way
     off_m = _motion(computer)[2]
     grown_m = way.thing_mps * (way.late_ticks * TICK_S + way.reaction_s + way.creep_s)
+    now_m = way.clear_m[0] + way.slack_m[0] - _EXACT_M
     way.stop_m = way.room_m = way.fixed_room_m = math.inf
     for j in range(len(way.ahead_m)):
         needed_m = _needed_m(way, j, off_m) - _EXACT_M
+        nearer = way.thing_mps > 0.0 and way.clear_m[j] + way.slack_m[j] < now_m
         if math.isinf(way.stop_m) and (way.clear_m[j] < needed_m + grown_m or way.standing_m[j] < needed_m):
             way.stop_m = _before_m(way, j)
+        elif math.isinf(way.stop_m) and nearer and way.clear_m[j] < needed_m + grown_m + _OFF_AGAIN_M:
+            way.stop_m = way.ahead_m[j - 1]
         needed_m -= off_m
         way.room_m = min(way.room_m, way.clear_m[j] - needed_m)
         way.fixed_room_m = min(way.fixed_room_m, way.standing_m[j] - needed_m)

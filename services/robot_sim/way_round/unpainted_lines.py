@@ -1,7 +1,7 @@
 """Parts of a template's lines that a robot has not painted, by its own paint record of one drive after another."""
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
@@ -9,18 +9,19 @@ import numpy as np
 
 from touchline.core.arcs import abreast, unit
 from touchline.core.intervals import Intervals
-from touchline.jobs.shared.unfinished_lines import gaps_between, with_overlap
 from touchline.onboard.interface import PaintBelief
 from touchline.schemas.curves import Curve
+from touchline.schemas.line_parts import DONE_M, gaps_between, part_of, redrawn, with_overlap
 from touchline.schemas.messages import LeftOutStretch, Trajectory
 from touchline.schemas.swath_ids import line_id_of, line_part_id
 from touchline.schemas.template import Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.collision.clear_lines import part_of, redrawn
 from touchline.services.robot_sim.paint.targets import nozzle_curve, segment_length_m
 
 OPERATOR: Final = "operator"
 """Reason of a gap that an operator has left out."""
+PLAN: Final = "plan"
+"""Reason of a gap that the plan of the whole job leaves out."""
 CLOSED_M: Final = 1e-6
 """Distance of the ends of a circle."""
 
@@ -31,7 +32,7 @@ class Gap(NamedTuple):
     Attributes:
         line_id: Id of the line of the template.
         from_m, to_m: Its ends along the line.
-        reason: Id of the outline beside which it lies, or `operator`; "" if none of them explains most of it.
+        reason: Id of the outline beside which it lies, `operator` or `plan`; "" if none explains most of it.
     """
 
     line_id: str
@@ -73,6 +74,10 @@ class UnpaintedLines:
                 length_m = segment_length_m(segment)
                 self._add(line, nozzle_curve(segment, 0.0, length_m, self.vehicle), shares[segment.id])
 
+    def curve_of(self, line_id: str) -> Curve:
+        """Return the curve of a line."""
+        return self._lines[line_id].curve()
+
     def _line_of(self, name: str) -> TemplateSegment | None:
         """Line of the template of which a path segment is a part, or a part of a part."""
         while name and name not in self._lines:
@@ -92,14 +97,31 @@ class UnpaintedLines:
             spans.add(0.0, max(high_m - curve.length_m, 0.0))
             spans.add(curve.length_m + min(low_m, 0.0), curve.length_m)
 
+    @property
+    def painted_m(self) -> float:
+        """Length that is painted."""
+        return sum(to_m - from_m for spans in self._painted.values() for from_m, to_m in spans.spans())
+
+    def note_plan(self, trajectory: Trajectory) -> None:
+        """Note what a plan of the whole template leaves out."""
+        planned = UnpaintedLines(self.template, self.vehicle)
+        ids = tuple(segment.id for segment in trajectory.path.segments)
+        planned.enter(trajectory, PaintBelief(ids, [1.0] * len(ids)))
+        self.reasons += [gap._replace(reason=PLAN) for gap in planned.gaps()]
+
     def note(self, lines: Template, stretches: Iterable[LeftOutStretch]) -> None:
-        """Note the stretches that a plan leaves out, and beside what.
+        """Note the stretches that the plan of a rest leaves out, and beside what; earlier notes of the rest go.
 
         Args:
-            lines: Template of the plan: this one, or a rest of it.
+            lines: Template of the plan.
             stretches: Stretches of its lines.
         """
         own = {segment.id: segment.curve() for segment in lines.segments}
+        for name, part in own.items():
+            line = self._line_of(name)
+            if line is not None:
+                begin_m = station_m(line.curve(), part.x_m, part.y_m)
+                self.reasons = [each for each in self.reasons if not _within(each, line.id, begin_m, part.length_m)]
         for each in stretches:
             line = self._line_of(each.line_id)
             if line is not None and each.line_id in own:
@@ -115,6 +137,17 @@ class UnpaintedLines:
             for from_m, to_m in gaps_between(self._painted[name].spans(), line.curve().length_m)
         ]
 
+    @property
+    def left_out(self) -> list[Gap]:
+        """Unpainted parts of the noted stretches; of other gaps it is not known whether they will be painted."""
+        parts = [
+            Gap(gap.line_id, max(gap.from_m, each.from_m), min(gap.to_m, each.to_m), each.reason)
+            for gap in self.gaps()
+            for each in self.reasons
+            if each.line_id == gap.line_id
+        ]
+        return [part for part in parts if part.to_m - part.from_m > DONE_M]
+
     def _reason(self, name: str, from_m: float, to_m: float) -> str:
         found, most_m = "", 0.5 * (to_m - from_m)
         for each in self.reasons:
@@ -122,6 +155,10 @@ class UnpaintedLines:
             if each.line_id == name and shared_m >= most_m:
                 found, most_m = each.reason, shared_m
         return found
+
+    def give_reason(self, reason: str) -> None:
+        """Give a reason for all gaps that have none."""
+        self.reasons += [gap._replace(reason=reason) for gap in self.gaps() if not gap.reason]
 
     def leave_out(self, outlines: Collection[str], reason: str) -> None:
         """Give another reason for what was left out beside these outlines."""
@@ -141,19 +178,29 @@ class UnpaintedLines:
                 segments.append(redrawn(line, with_overlap(line.curve(), gap[1:3]), part_id))
         return self.template.model_copy(update={"segments": tuple(segments)})
 
-    def painted(self) -> Template:
-        """Return the template of what is painted, to evaluate the paint by."""
-        segments = list[TemplateSegment]()
-        for name, line in self._lines.items():
-            curve = line.curve()
-            missing = [(gap.from_m, gap.to_m) for gap in self.gaps() if gap.line_id == name]
-            spans = [(0.0, curve.length_m)] if not missing else list(gaps_between(missing, curve.length_m))
-            for number, (from_m, to_m) in enumerate(spans, start=1):
-                whole = not missing
-                segments.append(
-                    line if whole else redrawn(line, part_of(curve, from_m, to_m), line_part_id(name, number))
-                )
-        return self.template.model_copy(update={"segments": tuple(segments)})
+
+def painted_lines(template: Template, gaps: Sequence[LeftOutStretch]) -> Template:
+    """Return the template of what is painted, to evaluate the paint by.
+
+    Args:
+        template: The whole template.
+        gaps: Unpainted parts of its lines.
+    """
+    segments = list[TemplateSegment]()
+    for line in template.segments:
+        curve = line.curve()
+        missing = [(gap.from_m, gap.to_m) for gap in gaps if gap.line_id == line.id]
+        if not missing:
+            segments.append(line)
+            continue
+        for number, (from_m, to_m) in enumerate(gaps_between(missing, curve.length_m), start=1):
+            segments.append(redrawn(line, part_of(curve, from_m, to_m), line_part_id(line.id, number)))
+    return template.model_copy(update={"segments": tuple(segments)})
+
+
+def _within(gap: Gap, name: str, begin_m: float, length_m: float) -> bool:
+    """Return whether the middle of a gap lies in a part of a line."""
+    return gap.line_id == name and begin_m <= 0.5 * (gap.from_m + gap.to_m) <= begin_m + length_m
 
 
 def station_m(curve: Curve, x_m: float, y_m: float) -> float:

@@ -62,8 +62,17 @@ class Waiting:
             self._moved = tick
         if self.answer is not None:
             return None if self.answer is WaitingOrder.WAIT else self.answer
+        return WaitingOrder.GO_ROUND if tick >= self.until_tick(attended=attended) else None
+
+    def until_tick(self, *, attended: bool) -> int:
+        """Return the tick at which the robot goes round what it waits for; 0: it waits until that has gone.
+
+        Args:
+            attended: True if an operator can answer.
+        """
+        if self._begun is None or self.answer is WaitingOrder.WAIT:
+            return 0
         moved = self._moved >= 0
         since, wait_s = (self._moved, self._patience.moving_s) if moved else (self._begun, self._patience.standing_s)
         answered_s = self._patience.answer_s if attended else 0.0
-        over = tick >= max(since + wait_s * TICKS_PER_S, self._begun + answered_s * TICKS_PER_S)
-        return WaitingOrder.GO_ROUND if over else None
+        return round(max(since + wait_s * TICKS_PER_S, self._begun + answered_s * TICKS_PER_S))

@@ -1,0 +1,93 @@
+"""Request for a plan of the rest of a job, from where its robot stands and round what it has seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+from touchline.core.robust_overlay import as_area, buffer, difference
+from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.interface import TICK_S
+from touchline.onboard.perception.perception import lidars_of
+from touchline.onboard.protection.stopping import stopping_with
+from touchline.schemas.known_ground import KnownGround, KnownObstacle
+from touchline.schemas.messages import PlanOptions, PlanReport
+from touchline.schemas.plan_cause import PlanCause
+from touchline.schemas.template import Polygon, Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.robot_sim.grown_outlines import body_at, grown
+
+Pose = tuple[float, float, float]
+
+LEFT_M: Final = 0.03
+"""Distance from the standing robot that is taken as free: more than plans keep from outlines."""
+OFF_PATH_M: Final = 0.1
+"""Allowance for the robot's distance from its path."""
+HIT_ERROR_M: Final = 0.1
+"""Allowance for the error of hits."""
+PASSING_MPS: Final = 0.2
+"""Speed at which the robot can pass a thing beside its way."""
+
+
+class RestRequest(NamedTuple):
+    """The rest of a job, to be planned.
+
+    Attributes:
+        rest: Unpainted parts of lines, with the outlines of the job's own template.
+        seen: What the robot has seen, with the distance that it keeps.
+        options: Options of the plan, with the robot's pose as its start.
+    """
+
+    rest: Template
+    seen: tuple[Polygon, ...]
+    options: PlanOptions
+
+    @property
+    def template(self) -> Template:
+        """Template to plan: the rest, with what was seen as further obstacles."""
+        return self.rest.model_copy(update={"obstacles": (*self.rest.obstacles, *self.seen)})
+
+    def cause(self, report: PlanReport) -> PlanCause:
+        """Return the inputs of the plan besides the rest, by the plan's report."""
+        seen = tuple(KnownObstacle(id=each.id, corners=each.corners) for each in self.seen)
+        return PlanCause.of(self.options, report).model_copy(update={"ground": KnownGround(obstacles=seen)})
+
+
+def with_margin(seen: Sequence[Polygon], pose: Pose, vehicle: Vehicle, kept_m: float) -> tuple[Polygon, ...]:
+    """Return outlines with the distance that a robot keeps from them, but for the ground on which it stands.
+
+    Args:
+        seen: The outlines.
+        pose: x (m), y (m), heading (rad) of the standing robot, map frame.
+        vehicle: The robot.
+        kept_m: The distance.
+    """
+    import shapely
+
+    room, found = buffer(body_at(pose, vehicle), LEFT_M), list[Polygon]()
+    for each in seen:
+        shape = shapely.Polygon(each.corners)
+        if room.intersects(shape):
+            found.append(each)
+            continue
+        outline = as_area(difference(shapely.Polygon(grown(each.id, shape, kept_m).corners), room))
+        parts = [outline] if isinstance(outline, shapely.Polygon) else list(outline.geoms)
+        main = min(parts, key=lambda part: float(part.distance(shape)))
+        corners = shapely.get_coordinates(main.exterior)[:-1].tolist()
+        found.append(Polygon(id=each.id, corners=tuple((x, y) for x, y in corners)))
+    return tuple(found)
+
+
+def passing_m(vehicle: Vehicle, braking_mps2: float) -> float:
+    """Return the distance from a thing at which protection lets a robot pass it at `PASSING_MPS`.
+
+    Args:
+        vehicle: The robot.
+        braking_mps2: Deceleration that its protection counts on.
+    """
+    rules = vehicle.protection
+    thing_mps = rules.thing_speed_mps if rules.mode == "passive" else 0.0
+    stopping = stopping_with(braking_mps2, drive_of(vehicle).lag_s)
+    late_s = max((2.0 / each.rate_hz + each.latency_s for each in lidars_of(vehicle)), default=0.0) + TICK_S
+    moved_s = late_s + stopping.reaction_s + PASSING_MPS / braking_mps2 + stopping.creep_s
+    return rules.margin_m + OFF_PATH_M + HIT_ERROR_M + thing_mps * moved_s

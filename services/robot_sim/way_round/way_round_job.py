@@ -1,0 +1,258 @@
+"""Job of lines whose robot waits for what is in its way, goes round it, and comes back once to what it left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Final
+
+import numpy as np
+
+from touchline.onboard.interface import TICKS_PER_S
+from touchline.onboard.perception.perception import lidars_of
+from touchline.schemas.line_parts import DONE_M
+from touchline.schemas.messages import LeftOutStretch, PlanOptions, Time, Trajectory, TraversalStatus
+from touchline.schemas.messages import WayRound as Said
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
+from touchline.services.robot_sim.settling import RESTING_MPS
+from touchline.services.robot_sim.way_round.rest_request import RestRequest, passing_m, with_margin
+from touchline.services.robot_sim.way_round.seen_things import seen_things, thing_in_the_way
+from touchline.services.robot_sim.way_round.unpainted_lines import OPERATOR, PLAN, Gap, UnpaintedLines
+from touchline.services.robot_sim.way_round.waiting import PATIENT, Waiting, WaitingOrder
+
+AGAIN_TICKS: Final = 10 * TICKS_PER_S
+"""Ticks after which a way round is searched again where there was none, or where the last one was blocked at once."""
+ADVANCED_M: Final = 0.3
+"""Way on a drive up to which it counts as blocked at once."""
+REST_LEFT_OUT: Final = "what was left out cannot be reached"
+"""Reason for which the robot itself ends a job that is done but for that."""
+SOON_S: Final = 1.0
+"""Change of the time at which it goes round up to which that is not reported."""
+MOST_IN_VAIN: Final = 3
+"""Ways round in a row without new paint, after which the robot only waits."""
+
+
+def goes_round(vehicle: Vehicle, template: Template | None) -> bool:
+    """Return whether a robot goes round things on a job: it has a lidar, and the job is one of lines."""
+    return bool(template is not None and template.segments and not template.areas and lidars_of(vehicle))
+
+
+class WayRoundJob:
+    """Behaviour of a robot that meets things on a job of lines.
+
+    The owner calls `look` between ticks, plans and loads what it asks for, and reports the outcome.
+
+    Args:
+        emulator: The robot, which has taken the job.
+        template: The job.
+        trajectory: Its plan.
+        options: Options of the plan.
+        told: Called after each report, to publish it.
+
+    Attributes:
+        unpainted: Unpainted lines, by the robot's own record.
+        over: True once the robot neither goes round anything nor comes back.
+        finished: True if it has done all that it can reach.
+    """
+
+    def __init__(
+        self,
+        emulator: Emulator,
+        template: Template,
+        trajectory: Trajectory,
+        options: PlanOptions,
+        told: Callable[[], None],
+    ) -> None:
+        self._emulator, self._options, self._told = emulator, options, told
+        self._trajectory, self._waiting = trajectory, Waiting(PATIENT)
+        self.unpainted = UnpaintedLines(template, emulator.vehicle)
+        self.unpainted.note_plan(trajectory)
+        known = [*([template.boundary] if template.boundary else []), *template.obstacles]
+        self._for_good = {OPERATOR, PLAN, *(outline.id for outline in known)}
+        self._search_tick, self._in_vain, self._painted_m = 0, 0, 0.0
+        self.over = self.finished = self._returning = self._breaks_off = False
+        self._order = WaitingOrder.GO_ROUND
+        self._drives, self._passed = 1, tuple[str, ...]()
+        self._said, self._warned = Said(), ""
+        self._say(Said.DRIVES)
+
+    def look(self, *, attended: bool) -> bool:
+        """Look at what is in the way; return True if the rest is to be planned now, by `rest`.
+
+        Args:
+            attended: True if an operator can answer.
+        """
+        emulator, onboard = self._emulator, self._emulator.onboard
+        if self.over:
+            return False
+        if onboard.state not in UNDER_WAY:
+            if onboard.state == TraversalStatus.DONE and not self._comes_back:
+                self._end()
+            return False
+        blocked = onboard.blocked
+        order = self._waiting.look(emulator.tick_count, blocked, attended=attended)
+        if not self.waits:
+            if (self._said.state, self._said.things) != (Said.DRIVES, self._passed):
+                self._say(Said.DRIVES, self._passed)
+            return False
+        if abs(onboard.estimate.speed_mps) > RESTING_MPS or blocked is None:
+            return False
+        if self._said.state != Said.FINDS_NO_WAY or emulator.tick_count >= self._search_tick:
+            self._say(Said.WAITS, self._in_the_way, self._waiting.until_tick(attended=attended))
+        if self._waiting.answer is None:
+            if self._in_vain >= MOST_IN_VAIN:
+                return False
+            if self._drives > 1 and onboard.status.arc_length_m < ADVANCED_M:
+                self._search_tick = max(self._search_tick, blocked.since_tick + AGAIN_TICKS)
+        self._order = order or WaitingOrder.GO_ROUND
+        return order is not None and emulator.tick_count >= self._search_tick
+
+    def answer(self, order: WaitingOrder) -> str:
+        """Take an operator's answer; return why it is refused, "" if it is not."""
+        if self.over or not self.waits or self._emulator.onboard.state not in UNDER_WAY:
+            return "the robot does not wait before anything"
+        self._waiting.answer, self._search_tick = order, self._emulator.tick_count
+        return ""
+
+    def rest(self) -> RestRequest | None:
+        """Return the request to plan what remains from where the robot stands; None if nothing does."""
+        onboard, vehicle, template = self._emulator.onboard, self._emulator.vehicle, self.unpainted.template
+        self.unpainted.enter(self._trajectory, onboard.painted)
+        gaps = [gap for gap in self.unpainted.gaps() if gap.reason not in self._for_good]
+        if not gaps:
+            return None
+        pose, kept_m = onboard.estimate[:3], passing_m(vehicle, onboard.protection.braking_mps2)
+        things = seen_things(onboard, template.obstacles)
+        if onboard.state in UNDER_WAY:
+            self._say(Said.PLANS, self._in_the_way)
+        options = self._options.model_copy(update={"start": np.array(pose), "obstructed": ""})
+        return RestRequest(self.unpainted.rest(gaps), with_margin(things, pose, vehicle, kept_m), options)
+
+    def finds_no_way(self, reason: str) -> str:
+        """Note that there is no plan of the rest; return the reason to abort the drive with, "" to wait on.
+
+        The robot waits on and searches again later; but one that has come back for the rest ends its job.
+        """
+        if self._returning:
+            self.unpainted.give_reason(_listed(self._said.things))
+            self._end(f"{REST_LEFT_OUT}: {reason}")
+            return REST_LEFT_OUT if self._emulator.onboard.state in UNDER_WAY else ""
+        self._search_tick, self._waiting.answer = self._emulator.tick_count + AGAIN_TICKS, None
+        names = self._said.things
+        warning = f"finds no way round {_listed(names)}, and waits: {reason}"
+        self._say(Said.FINDS_NO_WAY, names, warning="" if warning == self._warned else warning)
+        self._warned = warning
+        return ""
+
+    def nothing_remains(self) -> str:
+        """Note that all of the rest is left out for good; return the reason to abort the drive with."""
+        self._end()
+        return REST_LEFT_OUT
+
+    def breaks_off(self, request: RestRequest, left_out: Iterable[LeftOutStretch]) -> str:
+        """Note that the present drive ends for a plan of the rest; return the reason to abort it with.
+
+        Args:
+            request: The rest.
+            left_out: What the plan leaves out of it.
+        """
+        names = self._said.things
+        self.unpainted.note(request.rest, left_out)
+        if self._order is WaitingOrder.LEAVE_OUT:
+            self.unpainted.leave_out({each.id for each in request.seen}, OPERATOR)
+        painted_m = self.unpainted.painted_m
+        self._in_vain = 0 if painted_m > self._painted_m + DONE_M else self._in_vain + 1
+        self._painted_m, self._passed, self._breaks_off = painted_m, names, True
+        self._say(Said.PLANS, names)
+        return going_round(names)
+
+    @property
+    def waits(self) -> bool:
+        """True while the robot stands before something, and nobody has paused it."""
+        onboard = self._emulator.onboard
+        pause = onboard.status.pause
+        return onboard.blocked is not None and (pause is None or pause.ends_by_itself)
+
+    def returns(self, request: RestRequest, left_out: Iterable[LeftOutStretch]) -> None:
+        """Note what the plan by which the robot comes back leaves out; see `breaks_off`."""
+        self.unpainted.note(request.rest, left_out)
+
+    def drive_ends(self) -> RestRequest | None:
+        """Return the request to plan what was left out, once, after the last line; None if the job is over."""
+        if self._emulator.onboard.state != TraversalStatus.DONE:
+            self.cancel()
+        elif not self.over and self._comes_back:
+            self._returning, self._passed = True, ()
+            if (request := self.rest()) is not None:
+                return request
+        self._end()
+        return None
+
+    def drives_on(self, trajectory: Trajectory) -> None:
+        """Note that the robot has taken the next plan."""
+        self._trajectory, self._breaks_off = trajectory, False
+        self._drives += 1
+        self._say(Said.DRIVES, self._passed)
+
+    def cancel(self) -> None:
+        """Note that somebody else gives the robot orders: it neither goes round nor comes back."""
+        if not self.over:
+            self.over = True
+            self._say(Said.DRIVES)
+
+    @property
+    def left_out(self) -> tuple[LeftOutStretch, ...]:
+        """Unpainted stretches at the end of the job; before that, those left out so far."""
+        return tuple(map(self._stretch, self.unpainted.gaps() if self.finished else self.unpainted.left_out))
+
+    @property
+    def _comes_back(self) -> bool:
+        """True if it comes back to something after the last line."""
+        return not self._returning and any(each.reason not in self._for_good for each in self.unpainted.left_out)
+
+    @property
+    def _in_the_way(self) -> tuple[str, ...]:
+        """Name of what is in the way."""
+        onboard = self._emulator.onboard
+        name = thing_in_the_way(onboard, seen_things(onboard, self.unpainted.template.obstacles))
+        return (name,) if name else ()
+
+    def _end(self, warning: str = "") -> None:
+        """Note that the job is over, with all that is not painted."""
+        if not self.over:
+            self.unpainted.enter(self._trajectory, self._emulator.onboard.painted)
+            self.over = self.finished = True
+            self._say(Said.DRIVES, warning=warning)
+
+    def _say(self, state: int, things: tuple[str, ...] = (), goes_round_tick: int = 0, warning: str = "") -> None:
+        """Report what the robot does, if that is new."""
+        said = Said(
+            state=state,
+            things=things,
+            goes_round_at=Time.of_ns(round(goes_round_tick * 1e9 / TICKS_PER_S)),
+            continues=not self.over and (self._breaks_off or self._comes_back),
+            drives=self._drives,
+            left_out=self.left_out,
+        )
+        later_s = abs(said.goes_round_at.seconds - self._said.goes_round_at.seconds)
+        if said.model_copy(update={"goes_round_at": self._said.goes_round_at}) != self._said or later_s > SOON_S:
+            self._said = said
+            self._emulator.note_way_round(said, warning)
+            self._told()
+
+    def _stretch(self, gap: Gap) -> LeftOutStretch:
+        """Return a gap with the places of its ends."""
+        x, y, _, _ = self.unpainted.curve_of(gap.line_id).at(np.array([gap.from_m, gap.to_m]))
+        ends = {"from_x_m": x[0], "from_y_m": y[0], "to_x_m": x[1], "to_y_m": y[1]}
+        places = {name: float(value) for name, value in ends.items()}
+        return LeftOutStretch(line_id=gap.line_id, outline=gap.reason, from_m=gap.from_m, to_m=gap.to_m, **places)
+
+
+def going_round(names: Iterable[str]) -> str:
+    """Return why a drive ends whose robot goes round these things."""
+    return f"goes round {_listed(names)}"
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(names) or "what is in its way"

@@ -1,0 +1,145 @@
+"""Figures and picture of a job of several drives round things in its way."""
+
+import math
+from collections.abc import Collection, Iterable, Sequence
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from touchline.jobs.shared.joint_paint import JointPaint
+from touchline.jobs.single.painted_picture import FIGURE_SIZE_IN, MIN_WIDTH_PT, paint
+from touchline.jobs.single.reports import contact_figures, failing
+from touchline.recordings.writing import writing
+from touchline.schemas.messages import ContactReport, LeftOutStretch, PaintMarks, TraversalReport
+from touchline.schemas.plain_text import plain
+from touchline.schemas.swath_ids import line_id_of
+from touchline.schemas.template import Template
+from touchline.services.robot_sim.way_round.unpainted_lines import OPERATOR
+from touchline.services.robot_sim.way_round.way_round_job import REST_LEFT_OUT
+
+GAP_COLOUR: Final = "#ffb0b0"
+GAP_POINTS: Final = 21
+
+
+def draw_drives(
+    template: Template, strokes: Iterable[PaintMarks], gaps: Sequence[LeftOutStretch], path: Path, caption: str
+) -> None:
+    """Draw the paint of all drives, and the gaps, to a file (.svg or .png).
+
+    Args:
+        template: The whole template.
+        strokes: True paint of all drives.
+        gaps: Unpainted parts of lines.
+        path: File to write.
+        caption: The main figures.
+
+    Raises:
+        SpecError: The file cannot be written.
+        ValueError: The file's ending names no known format.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
+    axes = figure.add_subplot()
+    curves = {segment.id: segment.curve() for segment in template.segments}
+    paint(axes, template, [_of_line(stroke, curves) for stroke in strokes], caption)
+    for gap in gaps:
+        x, y, _, _ = curves[gap.line_id].at(np.linspace(gap.from_m, gap.to_m, GAP_POINTS))
+        axes.plot(x, y, color=GAP_COLOUR, linestyle=":", linewidth=MIN_WIDTH_PT, gid="gap")
+        name = f"{gap.outline or 'not painted'}, {gap.length_m:.2f} m"
+        axes.annotate(plain(name), (x[GAP_POINTS // 2], y[GAP_POINTS // 2]), color=GAP_COLOUR, fontsize="small")
+    with writing(path):
+        figure.savefig(path, dpi=140)
+
+
+def _of_line(stroke: PaintMarks, lines: Collection[str]) -> PaintMarks:
+    """Return a stroke under the name of its line, if it is one of a part of that, or of a part of a part."""
+    name = stroke.segment_id
+    while name and name not in lines:
+        name = line_id_of(name)
+    return stroke.model_copy(update={"segment_id": name or stroke.segment_id})
+
+
+def gap_figures(gaps: Sequence[LeftOutStretch]) -> dict[str, Any]:
+    """Return unpainted parts of lines as figures of a report."""
+    return {
+        "total_m": math.fsum(gap.length_m for gap in gaps),
+        "stretches": [
+            {
+                "line": gap.line_id,
+                "along_m": [gap.from_m, gap.to_m],
+                "from_m": [gap.from_x_m, gap.from_y_m],
+                "to_m": [gap.to_x_m, gap.to_y_m],
+                "reason": gap.outline or "not painted",
+            }
+            for gap in gaps
+        ],
+    }
+
+
+def gap_words(gap: LeftOutStretch) -> str:
+    """Return length, line, place and reason of an unpainted part of a line as text."""
+    why = {"": "not painted", OPERATOR: "left out by the operator"}.get(gap.outline, f'left out beside "{gap.outline}"')
+    from_, to = f"({gap.from_x_m:.2f}, {gap.from_y_m:.2f})", f"({gap.to_x_m:.2f}, {gap.to_y_m:.2f})"
+    return f'{gap.length_m:.2f} m of "{gap.line_id}" from {from_} to {to}: {why}'
+
+
+class EndedDrive(NamedTuple):
+    """A drive of a job.
+
+    Attributes:
+        report: Its report.
+        contacts: Its contacts with things, if there were any.
+        reason: Why it ended early, or empty.
+    """
+
+    report: TraversalReport
+    contacts: ContactReport | None
+    reason: str
+
+
+def drives_figures(
+    drives: Sequence[EndedDrive], paint_of_all: JointPaint, gaps: Sequence[LeftOutStretch], wall_time_s: float
+) -> dict[str, Any]:
+    """Return the report of a job over all its drives.
+
+    Args:
+        drives: The drives in order.
+        paint_of_all: Their paint, against the painted parts of the template.
+        gaps: What is not painted.
+        wall_time_s: Wall-clock time of the job.
+    """
+    last, total_s = drives[-1], sum(each.report.total_time_s for each in drives)
+    contacts = _all_contacts([each.contacts for each in drives])
+    verdict = paint_of_all.metrics.verdict
+    reason = "" if last.reason == REST_LEFT_OUT else last.reason
+    if not reason and contacts is not None:
+        reason = failing(last.report, None, contacts) if contacts.while_moving else ""
+    if not reason and not verdict.accepted:
+        reason = f"the paint is not accepted: {verdict.text}"
+    return {
+        "success": not reason,
+        "reason": reason,
+        "traversal": {
+            "total_time_s": total_s,
+            "wall_time_s": wall_time_s,
+            "real_time_factor": total_s / wall_time_s,
+            "follower_fallbacks": sum(each.report.follower_fallbacks for each in drives),
+        },
+        "paint": paint_of_all.figures(),
+        "gaps": gap_figures(gaps),
+        "drives": [each.reason or "done" for each in drives],
+        **contact_figures(contacts),
+    }
+
+
+def _all_contacts(reports: Sequence[ContactReport | None]) -> ContactReport | None:
+    """Return the contacts of all drives in one report; None if there were none."""
+    found = [report for report in reports if report is not None]
+    if not found:
+        return None
+    contacts = tuple(each for report in found for each in report.contacts)
+    return found[-1].model_copy(
+        update={"contacts": contacts, "while_moving": sum(report.while_moving for report in found)}
+    )

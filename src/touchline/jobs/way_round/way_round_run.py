@@ -1,0 +1,92 @@
+"""One job of lines over the bus by a robot that goes round things in its way: several drives, one report."""
+
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from touchline.bus import Inbox
+from touchline.jobs.shared.joint_paint import joint_paint
+from touchline.jobs.shared.reported_work import ReportedTruth
+from touchline.jobs.single.bus_run import BusRun
+from touchline.jobs.way_round.drives_report import EndedDrive, drives_figures, gap_words
+from touchline.schemas import topics
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.messages import (
+    Event,
+    LeftOutStretch,
+    PaintMarks,
+    PlanResponse,
+    TraversalReport,
+    TraversalStatus,
+    WayRound,
+)
+from touchline.schemas.messages.base import Message
+from touchline.services.robot_sim.way_round.unpainted_lines import PLAN, painted_lines
+from touchline.services.robot_sim.way_round.way_round_job import going_round
+
+OF_ONE_DRIVE: Final = ("segments", "estimator")
+"""Figures that are not given over several drives."""
+
+
+@dataclass
+class WayRoundRun(BusRun):
+    """A job in progress, as `BusRun`, that goes on as long as the robot says so."""
+
+    gaps: tuple[LeftOutStretch, ...] = field(default=(), init=False)
+    """Unpainted stretches, once the job is done."""
+    strokes: list[PaintMarks] = field(default_factory=list, init=False)
+    """Paint of all drives, once the job is done."""
+    caption: str = field(default="", init=False)
+    """Main figures of the paint, once the job is done."""
+    _said: WayRound = field(default=WayRound(), init=False)
+    _ended: list[EndedDrive] = field(default_factory=list, init=False)
+
+    def run(self) -> dict[str, Any]:
+        """See `BusRun.run`."""
+        self._truth = ReportedTruth(self.bus, self.options.vehicle)
+        return super().run()
+
+    def _load_and_start(self, plan: PlanResponse, latest: Inbox) -> None:
+        super()._load_and_start(plan, latest)
+        self._truth.begin(self._of_job.since_s, self._of_job.since_s)
+
+    def _hear(self, message: Message) -> None:
+        super()._hear(message)
+        if isinstance(message, TraversalReport) and self._of_job.report(message):
+            why = going_round(self._said.things) if self._said.state == WayRound.PLANS else ""
+            self._ended.append(EndedDrive(message, self.contacts, why))
+            self.contacts = None
+        elif isinstance(message, WayRound) and message.header.stamp.seconds >= self._of_job.since_s:
+            self._reported &= message.drives <= self._said.drives
+            self._said = message
+
+    @property
+    def _over(self) -> bool:
+        self._truth.listen()
+        return self._reported and not self._said.continues
+
+    @property
+    def several(self) -> bool:
+        """True if the robot has gone round something, or ended the job before its last line."""
+        return len(self._ended) > 1 or bool(self._ended[-1].reason)
+
+    def _report(
+        self, plan: PlanResponse, status: TraversalStatus, wall_s: float, recording: dict[str, Any] | None
+    ) -> dict[str, Any]:
+        self._ended[-1] = self._ended[-1]._replace(reason=status.reason)
+        self.contacts = self._ended[-1].contacts
+        figures = super()._report(plan, status, wall_s, recording)
+        if not self.several:
+            return figures
+        template, vehicle = parse_template(self.options.template_json), self.options.vehicle
+        drives = self._truth.drives(template, [each.report.header.stamp.seconds for each in self._ended])
+        self.strokes = [stroke for strokes, _ in drives for stroke in strokes]
+        self.gaps = self._said.left_out
+        for gap in self.gaps:
+            if gap.outline != PLAN:
+                self.watcher.event(Event.WARN, f"{topics.ROBOT_SIM}: {gap_words(gap)}")
+        paint = joint_paint(painted_lines(template, self.gaps), vehicle, [work for _, work in drives])
+        self.caption = paint.caption()
+        whole = drives_figures(self._ended, paint, self.gaps, wall_s)
+        if recording is not None and not recording["complete"] and whole["success"]:
+            whole |= {"success": False, "reason": figures["reason"]}
+        return {name: value for name, value in figures.items() if name not in OF_ONE_DRIVE} | whole

@@ -1,0 +1,24 @@
+"""A person on a line of a short job, and a line marker with a lidar that meets them."""
+
+import math
+from typing import Any
+
+from tests.planner.drawn import drawn
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
+from touchline.schemas.vehicles import Vehicle
+
+LIDAR = {"kind": "lidar", "name": "front", "x_m": 0.4, "beams": 360, "step_rad": math.pi / 180, "systematic_m": 0.03}
+MARKER = Vehicle.model_validate({"name": "marker", "sensors": [LIDAR]})
+FIELD = drawn((0, 0, 12, 0), (12, 4, 0, 4))
+PERSON = {"kind": "person", "name": "groundsman", "x_m": 6.0, "y_m": 0.0}
+
+
+def meeting(*objects: dict[str, Any]) -> Setup:
+    """The marker in a world with these objects."""
+    return Setup(vehicle=MARKER, scenario=Scenario.model_validate({"seed": 5, "objects": objects}))
+
+
+def leaving(start_s: float) -> dict[str, Any]:
+    """The person, who walks off at a time."""
+    return {**PERSON, "motion": {"kind": "path", "points": [[6.0, -12.0]], "start_s": start_s}}
