@@ -8,6 +8,7 @@ import numpy as np
 from touchline.schemas.scenario_objects import ScenarioObject
 
 STANDING: Final = ("post", "tree", "bench", "machine", "goal", "wall", "person", "ball")
+MOTIONS, SHARES = ("wander", "path", "step-in-front", "intercept"), (0.4, 0.3, 0.28, 0.02)
 FEWEST, MOST = 5, 40
 FASTEST_MPS: Final = 1.4
 """Below the speed of things that protection counts on."""
@@ -41,7 +42,7 @@ def random_things(rng: np.random.Generator, box: Box, start: tuple[float, float]
 
 
 def _motion(rng: np.random.Generator, box: Box, place: tuple[float, float]) -> dict[str, Any]:
-    kind = str(rng.choice(("wander", "path", "step-in-front", "intercept")))
+    kind = str(rng.choice(MOTIONS, p=SHARES))
     speed = {"speed_mps": float(rng.uniform(0.4, FASTEST_MPS))}
     if kind == "wander":
         return {"kind": kind, "corner": box[:2], "opposite": box[2:], **speed}

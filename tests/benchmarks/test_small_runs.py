@@ -33,7 +33,7 @@ def without(lines: tuple[str, ...], text: str) -> list[str]:
 LONG = frozenset(
     (
         *("accuracy", "estimator", "fleet_recorded", "foxglove_cost", "joints", "kills", "poses", "protection"),
-        *("random_fields", "routes", "shared", "simulate", "soak", "steering", "stops", "system"),
+        *("random_fields", "routes", "shared", "simulate", "soak", "steering", "stops", "system", "timelines"),
     )
 )
 """Those of more than four seconds."""

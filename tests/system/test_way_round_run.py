@@ -3,11 +3,14 @@
 import json
 from pathlib import Path
 
+import pytest
+
 from tests.system.commands import figures, touchline_here
 from tests.way_round.met import FIELD, LIDAR, PERSON
 from touchline.checking.check_files import check_file
 
 
+@pytest.mark.full
 def test_the_robot_goes_round_a_person_and_the_run_reports_all_its_drives(tmp_path: Path) -> None:
     template, vehicle, world = tmp_path / "lines.json", tmp_path / "marker.json", tmp_path / "world.json"
     template.write_text(FIELD.to_json())
