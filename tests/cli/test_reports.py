@@ -8,6 +8,7 @@ from touchline.bus import CallError
 from touchline.bus.counters import Counters
 from touchline.jobs.single import reports
 from touchline.jobs.single.bus_run import BusRun, JobOptions
+from touchline.jobs.way_round.drives_report import gap_figures
 from touchline.schemas.messages import (
     AreaReport,
     PlannedCoverage,
@@ -78,7 +79,8 @@ def test_a_job_that_a_full_tank_does_not_last_for_is_told_as_soon_as_it_is_plann
 def job_report(recording):
     job = BusRun(DeadBus(), JobOptions("{}", PlanOptions(), -1.0, Path("x.mcap"), "cause"), Deaf())
     plan = PlanResponse(success=True, report=PlanReport())
-    return job._report(plan, TraversalStatus(), TraversalReport(success=True, total_time_s=2.0), 1.0, recording)
+    job.report = TraversalReport(success=True, total_time_s=2.0)
+    return job._report(plan, TraversalStatus(), 1.0, recording)
 
 
 def test_a_job_without_its_recording_is_no_success_and_says_why():
@@ -103,6 +105,7 @@ def test_every_figure_is_explained():
     # What a tool that covers areas has instead of paint, and its plan besides.
     told |= set(names({"area": reports.area_report_figures(AreaReport(), TraversalReport())}))
     told |= set(names({"plan": {"coverage": reports.planned_coverage_figures([PlannedCoverage(area_m2=1.0)])}}))
+    told |= set(names({"gaps": gap_figures(())}))
     assert told <= explained
     figures = {name for name in explained if "." in name and not name.endswith(".md")}
     assert figures == {name for name in told if "." in name}

@@ -12,7 +12,6 @@ from itertools import pairwise
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from touchline.core.robust_overlay import as_area, buffer
 from touchline.services.planner.free_space.body_sweeps import cheapest
@@ -188,6 +187,8 @@ def _near(places: Floats, corners: int, finer: int) -> Ints:
 
 def _nearest(places: Floats, count: int) -> Ints:
     """Pairs (n, 2) of each place and those nearest to it."""
+    from scipy.spatial import KDTree  # here: few ways lead over known ground
+
     if len(places) < 2:
         return np.empty((0, 2), dtype=np.int64)
     _, others = KDTree(places).query(places, min(count + 1, len(places)))

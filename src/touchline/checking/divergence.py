@@ -57,6 +57,7 @@ PART_OF: Final[Mapping[str, str]] = {
     topics.ODOMETRY.name: ESTIMATOR,
     topics.ESTIMATOR.name: ESTIMATOR,
     topics.OBSTACLES.name: PERCEPTION,
+    topics.WAY_ROUND.name: EXECUTIVE,
     topics.ACTUATOR_COMMAND.name: FOLLOWER,
     topics.STATUS.name: EXECUTIVE,
     topics.PAUSE_STATUS.name: EXECUTIVE,
