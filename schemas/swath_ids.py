@@ -1,5 +1,6 @@
 """Ids of the swaths of an area and of the parts of a line: the own one with a number, counted from 1."""
 
+from collections.abc import Container
 from typing import Final
 
 SWATH_MARK: Final = "#"
@@ -25,3 +26,10 @@ def line_id_of(segment_id: str) -> str:
     """The id of the line of which a segment is a part, by its own id; "" if that is none of a part."""
     line_id, mark, number = segment_id.rpartition(" (")
     return line_id if mark and number.endswith(")") and number[:-1].isdecimal() else ""
+
+
+def whole_line_id(segment_id: str, lines: Container[str]) -> str:
+    """The id of the line of which a segment is the whole, a part, or a part of a part; "" if it is of none of these."""
+    while segment_id and segment_id not in lines:
+        segment_id = line_id_of(segment_id)
+    return segment_id

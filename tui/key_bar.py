@@ -15,6 +15,7 @@ from touchline.tui.keys import Bar, BarKey, bar
 from touchline.tui.panels import LinesPanel, hint
 from touchline.tui.state import ConsoleState
 from touchline.tui.unfinished_job import offered
+from touchline.tui.waiting_robot import asks_way
 
 _USELESS_RANK = 8
 _PREPARING = frozenset("tpl")
@@ -57,7 +58,7 @@ def layout(state: ConsoleState, width: int) -> Placed:
     """Keys that fit into `width` cells, those that are of use first."""
     idle = useless(state)
     keys = bar(Bar.REPLAY if state.replayed else Bar.JOB if state.drive.goal is None else Bar.AIM)
-    hidden = (_OF_SEVERAL if state.alone else frozenset()) | (frozenset() if state.asks_way else _ANSWERS)
+    hidden = (_OF_SEVERAL if state.alone else frozenset()) | (frozenset() if asks_way(state) else _ANSWERS)
     offered = [key for key in keys if key.key not in hidden]
     return place(offered, width, lambda key: key.rank + (_USELESS_RANK if key.key in idle else 0))
 

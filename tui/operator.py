@@ -26,6 +26,7 @@ from touchline.tui.orders import Order, OrderOutcome, Tried
 from touchline.tui.replay_orders import ReplayOrders
 from touchline.tui.state import ConsoleState
 from touchline.tui.unfinished_job import offered
+from touchline.tui.waiting_robot import asks_way, waits_on
 
 WITHDRAWN_AFTER_S = 0.5
 """Time after an emergency stop within which a reset is taken to be typed before it, and must not undo it."""
@@ -131,9 +132,9 @@ class Operator:
         state, title = self.state, orders.COMMANDS[name][0]
         if state.orders.accepted_within(name, PAUSE_REPORT_S, state.now_s):
             return
-        if not state.asks_way:
+        if not asks_way(state):
             state.say(INFO, f"{title}: the robot does not wait before anything")
-        elif name == "wait_on" and state.waits_on:
+        elif name == "wait_on" and waits_on(state):
             state.say(INFO, f"{title}: it waits already until its way is clear")
         else:
             self._send(orders.command(name, self._request_id()))

@@ -23,6 +23,7 @@ from touchline.tui.panel_rows import bar as _bar
 from touchline.tui.panel_rows import row as _row
 from touchline.tui.state import ConsoleState
 from touchline.tui.unfinished_job import name_of, next_step, offered, share_done
+from touchline.tui.waiting_robot import blocked
 from touchline.tui.way_round_lines import way_round_lines, what_ends_it
 
 LOW_PAINT = 0.15
@@ -100,7 +101,7 @@ def _moves_off(state: ConsoleState, in_s: float) -> str:
     seconds = math.ceil(in_s)
     if state.robot.warning.active:
         return f"moves off in {seconds} s"
-    return what_ends_it(state) if state.blocked else f"goes on in ≥ {seconds} s"
+    return what_ends_it(state) if blocked(state) else f"goes on in ≥ {seconds} s"
 
 
 def status_lines(state: ConsoleState, width: int) -> list[Content]:

@@ -21,7 +21,6 @@ from touchline.schemas.messages.standard import DiagnosticArray, String
 from touchline.schemas.messages.touchline import Event, PaintMarks, PauseStatus, Progress, TraversalStatus
 from touchline.schemas.messages.turf_tank import Trajectory
 from touchline.schemas.messages.viewing_messages import NavPath
-from touchline.schemas.messages.way_round_messages import WayRound
 from touchline.schemas.plain_text import plain
 from touchline.schemas.replay_run import Belonging
 from touchline.schemas.scenario import Origin
@@ -178,30 +177,6 @@ class ConsoleState:
         if left_s <= 0.0 and self.traversal == TraversalStatus.RUNNING:
             return None
         return max(left_s, 0.0) / max(self.pace, 1e-3)
-
-    @property
-    def blocked(self) -> bool:
-        """True if the robot pauses because of something in its way."""
-        return self.traversal == TraversalStatus.PAUSED and self.robot.pause.cause == PauseStatus.IN_THE_WAY
-
-    @property
-    def asks_way(self) -> bool:
-        """True if the robot waits before something and can be told to wait on, to go round, or to leave out."""
-        waits = self.robot.way_round.state in (WayRound.WAITS, WayRound.FINDS_NO_WAY)
-        return self.blocked and waits and not self.robot_stale
-
-    @property
-    def goes_round_in_s(self) -> float | None:
-        """Wall-clock time (s) until the waiting robot goes round by itself; None if it does not, or is not waiting."""
-        at_s, now_s = seconds(self.robot.way_round.goes_round_at), self.robot.sim_time_s
-        if not self.blocked or self.robot.way_round.state != WayRound.WAITS or at_s == 0.0 or now_s is None:
-            return None
-        return max(at_s - now_s, 0.0) / max(self.pace, 1e-3)
-
-    @property
-    def waits_on(self) -> bool:
-        """True if the robot waits until its way is clear, however long that takes."""
-        return self.asks_way and self.robot.way_round.state == WayRound.WAITS and self.goes_round_in_s is None
 
     @property
     def obstacles(self) -> tuple[ObstacleView, ...]:

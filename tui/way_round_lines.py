@@ -12,6 +12,7 @@ from touchline.schemas.plain_text import plain
 from touchline.tui import format, theme
 from touchline.tui.panel_rows import row
 from touchline.tui.state import ConsoleState
+from touchline.tui.waiting_robot import asks_way, blocked, goes_round_in_s
 
 ANSWER_KEYS = "1 wait on, 2 go round, 3 leave out"
 
@@ -20,7 +21,7 @@ def what_ends_it(state: ConsoleState) -> str:
     """End of a wait before something, without a person."""
     if state.robot.way_round.state == WayRound.PLANS:
         return "plans a way round"
-    if (in_s := state.goes_round_in_s) is not None:
+    if (in_s := goes_round_in_s(state)) is not None:
         return f"goes round in {math.ceil(in_s)} s"
     return "goes on once its way is clear"
 
@@ -30,11 +31,11 @@ def way_round_lines(state: ConsoleState, width: int) -> list[Content]:
     told, lines = state.robot.way_round, list[Content]()
     if told.things and state.busy:
         named = format.cut(", ".join(told.things), width - 10)
-        lines.append(row("before" if state.blocked else "round", named))
-    if state.blocked and told.state == WayRound.FINDS_NO_WAY:
+        lines.append(row("before" if blocked(state) else "round", named))
+    if blocked(state) and told.state == WayRound.FINDS_NO_WAY:
         lines.append(Content.styled("▲ finds no way round", f"bold {theme.ORANGE}"))
-    if state.asks_way and not state.replayed:
-        unless = "unless told: " if state.goes_round_in_s is not None else ""
+    if asks_way(state) and not state.replayed:
+        unless = "unless told: " if goes_round_in_s(state) is not None else ""
         lines += [Content.styled(line, theme.INK) for line in wrap(f"{unless}{ANSWER_KEYS}", width)]
     if told.left_out:
         length_m = sum(each.length_m for each in told.left_out)

@@ -16,7 +16,7 @@ WAY_ANSWERS = {"wait-on": topics.WAIT_ON, "go-round": topics.GO_ROUND, "leave-ou
 
 @pytest.fixture
 def robot(bus_config, request):
-    """What a robot was asked; it can pause, take any fault, and never start, or serves what a test wants."""
+    """Robot that can pause, take any fault, and never start, or serves what a test wants; it keeps its requests."""
     served = getattr(request, "param", (topics.PAUSE, topics.START, topics.LOAD, topics.INJECT_FAULT))
     asked, over, ready = [], threading.Event(), threading.Event()
 

@@ -13,7 +13,7 @@ from touchline.onboard.interface import PaintBelief
 from touchline.schemas.curves import Curve
 from touchline.schemas.line_parts import DONE_M, gaps_between, part_of, redrawn, with_overlap
 from touchline.schemas.messages import LeftOutStretch, Trajectory
-from touchline.schemas.swath_ids import line_id_of, line_part_id
+from touchline.schemas.swath_ids import line_part_id, whole_line_id
 from touchline.schemas.template import Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.paint.targets import nozzle_curve, segment_length_m
@@ -80,9 +80,7 @@ class UnpaintedLines:
 
     def _line_of(self, name: str) -> TemplateSegment | None:
         """Line of the template of which a path segment is a part, or a part of a part."""
-        while name and name not in self._lines:
-            name = line_id_of(name)
-        return self._lines.get(name)
+        return self._lines.get(whole_line_id(name, self._lines))
 
     def _add(self, line: TemplateSegment, stroke: Curve, share: float) -> None:
         """Enter the first share of a stroke, driven along its line or against it."""

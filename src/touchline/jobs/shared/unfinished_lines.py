@@ -5,9 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-
-from touchline.core.arcs import abreast, unit
 from touchline.onboard.interface import PaintBelief
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
@@ -16,6 +13,7 @@ from touchline.schemas.template import Polygon, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim.grown_outlines import body_at, grown
+from touchline.services.robot_sim.way_round.unpainted_lines import station_m
 
 SHORTER_M: Final = 1.0
 """Length by which a line beside a standing robot is shortened per attempt."""
@@ -94,9 +92,8 @@ def left_out(before: Template, after: Template) -> list[TemplateSegment]:
 
 def _span(curve: Curve, part: Curve) -> tuple[float, float]:
     """Return from and to (m) of a part along its line or arc."""
-    row = np.array((curve.x_m, curve.y_m, curve.heading_rad, curve.curvature_1pm, curve.length_m))
     x, y, _ = part.end
-    ends = [abreast(complex(*place), row, unit(curve.heading_rad)) for place in ((part.x_m, part.y_m), (x, y))]
+    ends = [station_m(curve, *place) for place in ((part.x_m, part.y_m), (x, y))]
     return min(ends), max(ends)
 
 

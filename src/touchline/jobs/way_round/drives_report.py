@@ -13,7 +13,7 @@ from touchline.jobs.single.reports import contact_figures, failing
 from touchline.recordings.writing import writing
 from touchline.schemas.messages import ContactReport, LeftOutStretch, PaintMarks, TraversalReport
 from touchline.schemas.plain_text import plain
-from touchline.schemas.swath_ids import line_id_of
+from touchline.schemas.swath_ids import whole_line_id
 from touchline.schemas.template import Template
 from touchline.services.robot_sim.way_round.unpainted_lines import OPERATOR
 from touchline.services.robot_sim.way_round.way_round_job import REST_LEFT_OUT
@@ -55,9 +55,7 @@ def draw_drives(
 
 def _of_line(stroke: PaintMarks, lines: Collection[str]) -> PaintMarks:
     """Return a stroke under the name of its line, if it is one of a part of that, or of a part of a part."""
-    name = stroke.segment_id
-    while name and name not in lines:
-        name = line_id_of(name)
+    name = whole_line_id(stroke.segment_id, lines)
     return stroke.model_copy(update={"segment_id": name or stroke.segment_id})
 
 
