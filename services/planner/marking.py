@@ -14,7 +14,7 @@ from touchline.services.planner.coverage.area_method import CoverageMethod, area
 from touchline.services.planner.coverage.area_swaths import painted_segments
 from touchline.services.planner.coverage.guarded_coverage import guarded_area_method
 from touchline.services.planner.coverage.swath_figures import swath_figures
-from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.given_pose import START, pose_of
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan_task import PlanTask
@@ -63,7 +63,7 @@ def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> Wo
     refuse_too_many(len(segments))
     if leaves_out(options):
         return _reachable(task, _clear_of_outlines(segments, task), progress, enough)[0]
-    return _along(segments, task, progress, enough)
+    return _along(segments, task, _driver(task), progress, enough)
 
 
 def leaves_out(options: PlanOptions) -> bool:
@@ -92,9 +92,10 @@ def _reachable(
     task: PlanTask, lines: ReachableLines, progress: Progress, enough: Callable[[], bool]
 ) -> tuple[WorkedRoute, ReachableLines]:
     """Plan the route along reachable parts; parts that prove unreachable are shortened, and finally left out."""
+    driver = _driver(task)
     while lines.segments:
         try:
-            route = _along(lines.segments, task, progress, enough)
+            route = _along(lines.segments, task, driver, progress, enough)
         except UnreachableError as error:
             lines = lines.shortened(error.parts, error.segment_id)
         else:
@@ -113,36 +114,47 @@ def _clear_of_outlines(segments: tuple[TemplateSegment, ...], task: PlanTask) ->
     return reachable_lines(segments, task.template, task.vehicle, task.limits, turned=ordering(task.options))
 
 
-def _along(
-    segments: tuple[TemplateSegment, ...], task: PlanTask, progress: Progress, enough: Callable[[], bool]
-) -> WorkedRoute:
-    """Plan the route along segments."""
-    template, vehicle, options = task.template, task.vehicle, task.options
-    transitions = transitions_of(vehicle, options, task.limits)
-    start, end = pose_of(START, options.start), _end(options)
-    wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
-    painting = Painting.of(vehicle, task.limits, options)
+def _driver(task: PlanTask) -> ItineraryBuilder:
+    """Create the builder of itineraries, which keeps what it finds for further routes of the same task.
 
-    checker = CollisionChecker.of(template, vehicle)
-    choices = [
-        with_room(choice, checker, task.limits)
-        for choice in modes(segments, vehicle, task.limits.curvature_max_1pm, free=ordering(options))
-    ]
-    driver = ItineraryBuilder(
-        transitions,
-        painting,
+    Raises:
+        PlanningError: An option cannot be met, or the robot touches an outline at its start.
+    """
+    template, vehicle, options = task.template, task.vehicle, task.options
+    start, checker = pose_of(START, options.start), CollisionChecker.of(template, vehicle)
+    if start and checker and (hit := checker.collision(PiecePath(start, ()))):
+        raise PlanningError("", f"begins where the robot's body touches {hit}", "drive it off there, or move that")
+    return ItineraryBuilder(
+        transitions_of(vehicle, options, task.limits),
+        Painting.of(vehicle, task.limits, options),
         checker,
-        wheels,
+        Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options)),
         max(crossing_cost_s(options), task.company.crossing_s),
         start,
-        end,
+        _end(options),
         options.return_to_start,
         others=task.company.painted,
     )
-    drive = arranged(swaths(choices, painting, free=ordering(options)), driver, options, progress, enough)
-    unavoidable = unavoidable_crossings(drive.strokes, drive.over, choices, wheels)
+
+
+def _along(
+    segments: tuple[TemplateSegment, ...],
+    task: PlanTask,
+    driver: ItineraryBuilder,
+    progress: Progress,
+    enough: Callable[[], bool],
+) -> WorkedRoute:
+    """Plan the route along segments."""
+    options, free = task.options, ordering(task.options)
+    choices = [
+        with_room(choice, driver.checker, task.limits)
+        for choice in modes(segments, task.vehicle, task.limits.curvature_max_1pm, free=free)
+    ]
+    drive = arranged(swaths(choices, driver.painting, free=free), driver, options, progress, enough)
+    unavoidable = unavoidable_crossings(drive.strokes, drive.over, choices, driver.wheels)
     sections = route(drive)
-    figures = swath_figures(task, sections, area_method_name(options, vehicle.tool)) if template.areas else ()
+    named = area_method_name(options, task.vehicle.tool)
+    figures = swath_figures(task, sections, named) if task.template.areas else ()
     return WorkedRoute(sections, WetCrossings(drive.wet_crossings, unavoidable), figures)
 
 

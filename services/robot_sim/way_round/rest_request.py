@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from touchline.core.robust_overlay import as_area, buffer, difference
 from touchline.onboard.drives.onboard_drive import drive_of
@@ -16,6 +17,9 @@ from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.template import Polygon, Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.grown_outlines import body_at, grown
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
 
 Pose = tuple[float, float, float]
 
@@ -54,7 +58,10 @@ class RestRequest(NamedTuple):
 
 
 def with_margin(seen: Sequence[Polygon], pose: Pose, vehicle: Vehicle, kept_m: float) -> tuple[Polygon, ...]:
-    """Return outlines with the distance that a robot keeps from them, but for the ground on which it stands.
+    """Return outlines with the distance that a robot keeps from them, without the ground on which it stands.
+
+    That is free, even if an outline, which is the hull of what was seen, covers it; one that lies all round the robot
+    is open towards where it has come from.
 
     Args:
         seen: The outlines.
@@ -67,15 +74,23 @@ def with_margin(seen: Sequence[Polygon], pose: Pose, vehicle: Vehicle, kept_m: f
     room, found = buffer(body_at(pose, vehicle), LEFT_M), list[Polygon]()
     for each in seen:
         shape = shapely.Polygon(each.corners)
-        if room.intersects(shape):
-            found.append(each)
-            continue
-        outline = as_area(difference(shapely.Polygon(grown(each.id, shape, kept_m).corners), room))
-        parts = [outline] if isinstance(outline, shapely.Polygon) else list(outline.geoms)
-        main = min(parts, key=lambda part: float(part.distance(shape)))
-        corners = shapely.get_coordinates(main.exterior)[:-1].tolist()
-        found.append(Polygon(id=each.id, corners=tuple((x, y) for x, y in corners)))
+        kept = shape if room.intersects(shape) else shapely.Polygon(grown(each.id, shape, kept_m).corners)
+        outline = as_area(difference(kept, room))
+        if any(part.interiors for part in shapely.get_parts(outline)):
+            outline = as_area(difference(kept, _way_back(room, pose, kept.length)))
+        parts = shapely.get_parts(outline)
+        if len(parts):
+            main = min(parts, key=lambda part: float(part.distance(shape)))
+            corners = shapely.get_coordinates(main.exterior)[:-1].tolist()
+            found.append(Polygon(id=each.id, corners=tuple((x, y) for x, y in corners)))
     return tuple(found)
+
+
+def _way_back(room: BaseGeometry, pose: Pose, by_m: float) -> BaseGeometry:
+    """Return the ground on which a robot stands, and a way from there straight back, from where it has come."""
+    from shapely.affinity import translate
+
+    return room.union(translate(room, -by_m * math.cos(pose[2]), -by_m * math.sin(pose[2]))).convex_hull
 
 
 def passing_m(vehicle: Vehicle, braking_mps2: float) -> float:
