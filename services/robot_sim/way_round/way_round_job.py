@@ -70,7 +70,7 @@ class WayRoundJob:
         self.unpainted.note_plan(trajectory)
         known = [*([template.boundary] if template.boundary else []), *template.obstacles]
         self._for_good = {OPERATOR, PLAN, *(outline.id for outline in known)}
-        self._search_tick, self._in_vain, self._painted_m = 0, 0, 0.0
+        self._search_tick, self._in_vain, self._painted_m, self._refused = 0, 0, 0.0, 0
         self.over = self.finished = self._returning = self._breaks_off = False
         self._order = WaitingOrder.GO_ROUND
         self._drives, self._passed = 1, tuple[str, ...]()
@@ -99,14 +99,25 @@ class WayRoundJob:
         if abs(onboard.estimate.speed_mps) > RESTING_MPS or blocked is None:
             return False
         if self._said.state != Said.FINDS_NO_WAY or emulator.tick_count >= self._search_tick:
-            self._say(Said.WAITS, self._in_the_way, self._waiting.until_tick(attended=attended))
+            until_tick = 0 if blocked.too_near else self._waiting.until_tick(attended=attended)
+            self._say(Said.WAITS, self._in_the_way, until_tick)
         if self._waiting.answer is None:
             if self._in_vain >= MOST_IN_VAIN:
                 return False
             if self._drives > 1 and onboard.status.arc_length_m < ADVANCED_M:
                 self._search_tick = max(self._search_tick, blocked.since_tick + AGAIN_TICKS)
         self._order = order or WaitingOrder.GO_ROUND
-        return order is not None and emulator.tick_count >= self._search_tick
+        return order is not None and self.may_search and not blocked.too_near
+
+    @property
+    def may_search(self) -> bool:
+        """True if it is time to plan the rest, and the robot knows where it stands."""
+        return self._emulator.tick_count >= self._search_tick and not self._emulator.onboard.drive_problem
+
+    @property
+    def between_drives(self) -> bool:
+        """True while a drive has ended for the next one, which the robot has not taken yet."""
+        return self._breaks_off and not self.over and self._emulator.onboard.state not in UNDER_WAY
 
     def answer(self, order: WaitingOrder) -> str:
         """Take an operator's answer; return why it is refused, "" if it is not."""
@@ -132,9 +143,11 @@ class WayRoundJob:
     def finds_no_way(self, reason: str) -> str:
         """Note that there is no plan of the rest; return the reason to abort the drive with, "" to wait on.
 
-        The robot waits on and searches again later; but one that has come back for the rest ends its job.
+        The robot waits on and searches again later; but one that has come back for the rest ends its job, as does one
+        that stands between two drives and has searched several times.
         """
-        if self._returning:
+        self._refused = self._refused + 1 if self._breaks_off else 0
+        if self._returning or self._refused > MOST_IN_VAIN:
             self.unpainted.give_reason(_listed(self._said.things))
             self._end(f"{REST_LEFT_OUT}: {reason}")
             return REST_LEFT_OUT if self._emulator.onboard.state in UNDER_WAY else ""
@@ -191,7 +204,7 @@ class WayRoundJob:
 
     def drives_on(self, trajectory: Trajectory) -> None:
         """Note that the robot has taken the next plan."""
-        self._trajectory, self._breaks_off = trajectory, False
+        self._trajectory, self._breaks_off, self._refused = trajectory, False, 0
         self._drives += 1
         self._say(Said.DRIVES, self._passed)
 

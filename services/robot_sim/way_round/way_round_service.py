@@ -92,7 +92,8 @@ class WayRoundService:
         Args:
             for_good: True unless the robot can resume its drive.
         """
-        between = self._ready is not None or (self.plans and self._emulator.onboard.state not in UNDER_WAY)
+        standing = self._emulator.onboard.state not in UNDER_WAY
+        between = self._job is not None and (self._job.between_drives or (self.plans and standing))
         self._forget()
         if self._job is not None and (between or for_good):
             self._job.cancel()
@@ -115,6 +116,9 @@ class WayRoundService:
         elif self._ready is not None:
             if not self._emulator.active and self._commands.concluded:
                 self._set_off(job, self._ready)
+        elif job.between_drives:
+            if job.may_search:  # the robot has not taken the last plan
+                self._ask_for_rest(job)
         elif self._driven and not self._emulator.active and self._commands.concluded:
             self._driven = False
             if (request := job.drive_ends()) is not None:
@@ -128,11 +132,14 @@ class WayRoundService:
         self._driven, self._look_tick = True, self._emulator.tick_count + LOOK_TICKS
         if self._ready is not None or not job.look(attended=self._attended()) or self.plans:
             return
+        self._ask_for_rest(job)
+
+    def _ask_for_rest(self, job: WayRoundJob) -> None:
         request = job.rest()
-        if request is None:
-            self._abort(job.nothing_remains())
-        else:
+        if request is not None:
             self._ask(request)
+        elif (why := job.nothing_remains()) and self._emulator.onboard.state in UNDER_WAY:
+            self._abort(why)
 
     def _ask(self, request: RestRequest) -> None:
         """Call the planner."""

@@ -321,6 +321,11 @@ class Onboard:
         return self._log.take()
 
     @property
+    def drive_problem(self) -> str:
+        """Reason for which its pose is not good enough to drive at all; "" if it is."""
+        return self._watch.drive_problem()
+
+    @property
     def blocked(self) -> Blocked | None:
         """Thing in the robot's way; None if it may move, or its lidar is silent."""
         return self.protection.blocked

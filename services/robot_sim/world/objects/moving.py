@@ -45,9 +45,12 @@ from touchline.services.robot_sim.world.objects.things import (
 )
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 _ARRIVED_M: Final = 0.1
 _GIVE_UP_TICKS: Final = 2000  # a wanderer that is held up draws another target after so long
+_STOPS_TICKS: Final = 200  # one who has run into the robot stands for so long,
+_ASIDE_M: Final = 1.5  # and then steps so far away from it and to the left
 
 
 @borrowing
@@ -68,6 +71,28 @@ def _aim_across(mover: Floats, figures: Floats, state: BodyState) -> None:
     distance = math.hypot(east, north)
     further = 1.0 + figures[M_BEYOND] / distance if distance > 0.0 else 1.0
     mover[TARGET_EAST], mover[TARGET_NORTH] = mover[EAST] + further * east, mover[NORTH] + further * north
+
+
+@borrowing
+def _stops(mover: Floats, figures: Floats, state: BodyState, touched: Integers, tick: int) -> bool:
+    """Return whether a mover stands because it has run into the robot; only who intercepts it pushes on.
+
+    In the end it steps aside, and then goes on: but not to the last point of a path, which it gives up.
+    """
+    motion = figures[M_MOTION]
+    if touched[0] == 0 or tick - touched[0] > _STOPS_TICKS or motion == INTERCEPT:
+        return False
+    stood = (tick - touched[2]) % (2 * _STOPS_TICKS)
+    if stood == _STOPS_TICKS:
+        east, north = mover[EAST] - state.east_m, mover[NORTH] - state.north_m
+        distance = math.hypot(east, north)
+        if distance > 0.0:
+            mover[TARGET_EAST] = mover[EAST] + _ASIDE_M * (east - north) / distance
+            mover[TARGET_NORTH] = mover[NORTH] + _ASIDE_M * (north + east) / distance
+        if motion == PATH and mover[STAGE] > 1.0:
+            mover[STAGE] -= 1.0
+    still: bool = stood < _STOPS_TICKS
+    return still
 
 
 @borrowing
@@ -117,6 +142,8 @@ def choose_velocities(things: Things, states: Sequence[BodyState], seed: int, ti
     for i in range(len(things.movers)):
         mover, figures, wanted = things.movers[i], things.figures[i], things.wanted[i]
         wanted[0] = wanted[1] = 0.0
+        if _stops(mover, figures, states[0], things.touched[len(things.fixed) + i], tick):
+            continue
         if _choose_target(mover, figures, things.points, states[0], seed, tick):
             east, north = mover[TARGET_EAST] - mover[EAST], mover[TARGET_NORTH] - mover[NORTH]
             distance = math.hypot(east, north)

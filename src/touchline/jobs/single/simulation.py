@@ -16,6 +16,7 @@ from touchline.jobs.single.reports import (
     work_report,
 )
 from touchline.schemas.digest import scenario_hash
+from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import (
     AreaReport,
     ContactReport,
@@ -292,7 +293,11 @@ def carry_out(
             if following is None:
                 break
             drive = following
-            _take(emulator, drive)
+            try:
+                _take(emulator, drive)
+            except CommandRefused as error:  # it has been pushed since it was planned from where it stood
+                done[-1] = replace(done[-1], reason=str(error))
+                break
     return replace(done[-1], wall_time_s=watch.elapsed_s, recording=listener.figures(), earlier=tuple(done[:-1]))
 
 

@@ -54,12 +54,14 @@ class Blocked(NamedTuple):
         distance_m: Its distance from the body.
         place_m: East and north of its point that is in the way, map frame.
         moving: True if it moves.
+        too_near: True if the robot may not move at all, wherever to, while something that may move is as near.
     """
 
     since_tick: int
     distance_m: float
     place_m: tuple[float, float]
     moving: bool
+    too_near: bool
 
 
 class Driver(Protocol):
@@ -295,7 +297,11 @@ class Protector:
         far_m = MOVED_M + 2.0 * way.error_m
         moving = bool(len(earlier) == 0 or np.hypot(*(earlier - place).T).min() > far_m)
         since_tick = self._blocked.since_tick if self._blocked is not None else self._computer.times.tick
-        self._blocked = Blocked(since_tick, max(distance_m, 0.0), (float(place[0]), float(place[1])), moving)
+        kept_m = way.margin_m + way.error_m + way.thing_mps * (way.late_ticks * TICK_S + way.reaction_s + way.creep_s)
+        too_near = way.thing_mps > 0.0 and way.clear_m[0] + way.slack_m[0] < kept_m
+        self._blocked = Blocked(
+            since_tick, max(distance_m, 0.0), (float(place[0]), float(place[1])), moving, bool(too_near)
+        )
         does = "moves" if moving else "stands"
         return f"something that {does} is in the way, {self._blocked.distance_m:.1f} m from the robot"
 
