@@ -173,3 +173,26 @@ def test_a_bumper_strip_feels_its_own_stretch_alone(y_m, pressed):
     contacts, _ = run(world, 1.0)
     assert len(contacts) == 1
     assert world.state.bumper == pressed
+
+
+@pytest.mark.parametrize("motion", [{"kind": "path", "points": [[-5.0, 0.0], [5.0, 3.0]], "loop": True}, "step", "wander"])
+def test_who_runs_into_the_robot_steps_aside_after_a_while(motion):
+    motions = {
+        "step": {"kind": "step-in-front", "near_m": 9.0},
+        "wander": {"kind": "wander", "corner": [-3.0, -1.0], "opposite": [3.0, 1.0]},
+    }
+    motion = motions.get(motion, motion) if isinstance(motion, str) else motion
+    world = world_of({"kind": "person", "x_m": 2.5, "y_m": 0.0, "motion": motion})
+    contacts, deepest = run(world, 40.0)
+    assert contacts and deepest < 0.01
+    touched = [tick for tick in world.surroundings.things.touched[:, 0].tolist() if tick]
+    assert max(touched) < 4000, "nobody stands at the robot for ever"
+    east, north, _ = world.pose
+    assert math.hypot(east, north) < 0.1, "nor pushes it away"
+
+
+def test_a_push_moves_the_robot_into_nobody_else():
+    standing = {"kind": "person", "x_m": -0.35 - 0.25, "y_m": 0.0}
+    comer = {"kind": "person", "x_m": 3.0, "y_m": 0.0, "motion": {"kind": "intercept"}}
+    contacts, _ = run(world_of(standing, comer), 8.0)
+    assert len(contacts) >= 2 and all(each.robot_mps == 0.0 for each in contacts), contacts

@@ -29,8 +29,10 @@ REST_LEFT_OUT: Final = "what was left out cannot be reached"
 """Reason for which the robot itself ends a job that is done but for that."""
 SOON_S: Final = 1.0
 """Change of the time at which it goes round up to which that is not reported."""
-MOST_IN_VAIN: Final = 3
-"""Ways round in a row without new paint, after which the robot only waits."""
+MOST_IN_VAIN: Final = 4
+"""Ways round in a row without new paint, after which the job ends without the rest."""
+WIDER_M: Final = 0.2
+"""Distance by which the robot keeps farther off things after each."""
 
 
 def goes_round(vehicle: Vehicle, template: Template | None) -> bool:
@@ -102,8 +104,6 @@ class WayRoundJob:
             until_tick = 0 if blocked.too_near else self._waiting.until_tick(attended=attended)
             self._say(Said.WAITS, self._in_the_way, until_tick)
         if self._waiting.answer is None:
-            if self._in_vain >= MOST_IN_VAIN:
-                return False
             if self._drives > 1 and onboard.status.arc_length_m < ADVANCED_M:
                 self._search_tick = max(self._search_tick, blocked.since_tick + AGAIN_TICKS)
         self._order = order or WaitingOrder.GO_ROUND
@@ -127,13 +127,14 @@ class WayRoundJob:
         return ""
 
     def rest(self) -> RestRequest | None:
-        """Return the request to plan what remains from where the robot stands; None if nothing does."""
+        """Return the request to plan what remains from where the robot stands; None if nothing does, or in vain."""
         onboard, vehicle, template = self._emulator.onboard, self._emulator.vehicle, self.unpainted.template
         self.unpainted.enter(self._trajectory, onboard.painted)
         gaps = [gap for gap in self.unpainted.gaps() if gap.reason not in self._for_good]
-        if not gaps:
+        if not gaps or self._in_vain >= MOST_IN_VAIN:
             return None
         pose, kept_m = onboard.estimate[:3], passing_m(vehicle, onboard.protection.braking_mps2)
+        kept_m += WIDER_M * self._in_vain
         things = seen_things(onboard, template.obstacles)
         if onboard.state in UNDER_WAY:
             self._say(Said.PLANS, self._in_the_way)
@@ -159,7 +160,8 @@ class WayRoundJob:
         return ""
 
     def nothing_remains(self) -> str:
-        """Note that all of the rest is left out for good; return the reason to abort the drive with."""
+        """Note that the rest is left out for good; return the reason to abort the drive with."""
+        self.unpainted.give_reason(_listed(self._in_the_way))
         self._end()
         return REST_LEFT_OUT
 

@@ -42,6 +42,7 @@ from touchline.services.robot_sim.world.objects.things import (
     NORTH_MPS,
     PINNED_EAST,
     PINNED_NORTH,
+    PUSHED,
     TOUCHED,
     Things,
 )
@@ -314,14 +315,17 @@ def _note(things: Things, point: Floats, inverse: tuple[float, float], centre: t
             arc = point[_P_ARC]
             if begin <= arc <= end or (end < begin and (arc >= begin or arc <= end)):
                 things.pressed_n[s] += force_n
-    last, level, begun = things.touched[thing, 0], things.touched[thing, 1], things.touched[thing, 2]
+    last, level = things.touched[thing, 0], things.touched[thing, 1]
     robot, closing = point[_P_ROBOT], point[_P_CLOSING]
     begins = tick - last > _APART_TICKS or last == 0
-    moving = 1 if abs(robot) > STANDING_MPS and (begins or robot > 0.0) else 0
+    pushed = marks[PUSHED] > 0 and tick - marks[PUSHED] < _PUSH_TICKS
+    moving = 1 if abs(robot) > STANDING_MPS and (begins or robot > 0.0) and not pushed else 0
     things.touched[thing, 0] = tick
     if begins:
         things.touched[thing, 2] = tick
-    elif moving <= level or tick - begun < _PUSH_TICKS or marks[NEW_CONTACTS] >= MOST_NEW:
+        if moving == 0:
+            marks[PUSHED] = tick
+    elif moving <= level or marks[NEW_CONTACTS] >= MOST_NEW:
         return
     things.touched[thing, 1] = moving
     if marks[NEW_CONTACTS] >= MOST_NEW:

@@ -60,7 +60,8 @@ NEW_CONTACTS: Final = 0  # number of rows of the log
 TOUCHED: Final = 1  # 1 if anything touched the robot
 NEAR_FIXED: Final = 2  # number of fixed things, and of movers, within reach
 NEAR_MOVERS: Final = 3
-MARKS: Final = 4
+PUSHED: Final = 4  # last tick in which something ran into the robot while that was at rest
+MARKS: Final = 5
 
 # Columns of the log of contacts.
 C_THING: Final = 0
@@ -90,7 +91,7 @@ class Things(NamedTuple):
         points: (p, 2) points of their ways, map frame [m].
         wanted: (m, 2) velocity that each wants in this tick [m/s].
         near: (n + m,) indices of what is within reach of the robot: fixed things first, then movers.
-        marks: (MARKS,) counts of this tick.
+        marks: (MARKS,) counts of this tick, and the tick of the last push.
         clear: (1,) distance that the robot may travel before a fixed thing can be within its reach [m].
         log: (MOST_NEW, CONTACT_COLUMNS) contacts that began in this tick.
         touched: (n + m, 3) tick of each thing's last touch, 1 if the robot moved into it, and tick at which it began.
