@@ -175,14 +175,16 @@ def test_a_bumper_strip_feels_its_own_stretch_alone(y_m, pressed):
     assert world.state.bumper == pressed
 
 
-@pytest.mark.parametrize("motion", [{"kind": "path", "points": [[-5.0, 0.0], [5.0, 3.0]], "loop": True}, "step", "wander"])
+@pytest.mark.parametrize(
+    "motion", [{"kind": "path", "points": [[-5.0, 0.0], [5.0, 3.0]], "loop": True}, "step", "wander"]
+)
 def test_who_runs_into_the_robot_steps_aside_after_a_while(motion):
     motions = {
+        "path": {"kind": "path", "points": [[-5.0, 0.0], [5.0, 3.0]], "loop": True},
         "step": {"kind": "step-in-front", "near_m": 9.0},
         "wander": {"kind": "wander", "corner": [-3.0, -1.0], "opposite": [3.0, 1.0]},
     }
-    motion = motions.get(motion, motion) if isinstance(motion, str) else motion
-    world = world_of({"kind": "person", "x_m": 2.5, "y_m": 0.0, "motion": motion})
+    world = world_of({"kind": "person", "x_m": 2.5, "y_m": 0.0, "motion": motions[motion]})
     contacts, deepest = run(world, 40.0)
     assert contacts and deepest < 0.01
     touched = [tick for tick in world.surroundings.things.touched[:, 0].tolist() if tick]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from touchline.core.robust_overlay import as_area, buffer, difference
+from touchline.core.robust_overlay import as_area, buffer, difference, union_of_two
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.interface import TICK_S
 from touchline.onboard.perception.perception import lidars_of
@@ -25,6 +25,10 @@ Pose = tuple[float, float, float]
 
 LEFT_M: Final = 0.03
 """Distance from the standing robot that is taken as free: more than plans keep from outlines."""
+NEAR_M: Final = 1.0
+"""Distance from it within which it may pass things as near as it stands to them: else it could not leave."""
+SIMPLER_M: Final = 0.005
+"""Rounding of outlines."""
 OFF_PATH_M: Final = 0.1
 """Allowance for the robot's distance from its path."""
 HIT_ERROR_M: Final = 0.1
@@ -61,7 +65,7 @@ def with_margin(seen: Sequence[Polygon], pose: Pose, vehicle: Vehicle, kept_m: f
     """Return outlines with the distance that a robot keeps from them, without the ground on which it stands.
 
     That is free, even if an outline, which is the hull of what was seen, covers it; one that lies all round the robot
-    is open towards where it has come from.
+    is open towards where it has come from. Near the robot the distance is at most what it has at present.
 
     Args:
         seen: The outlines.
@@ -71,16 +75,19 @@ def with_margin(seen: Sequence[Polygon], pose: Pose, vehicle: Vehicle, kept_m: f
     """
     import shapely
 
-    room, found = buffer(body_at(pose, vehicle), LEFT_M), list[Polygon]()
+    body, found = body_at(pose, vehicle), list[Polygon]()
+    room, near = buffer(body, LEFT_M), buffer(body, NEAR_M)
     for each in seen:
         shape = shapely.Polygon(each.corners)
-        kept = shape if room.intersects(shape) else shapely.Polygon(grown(each.id, shape, kept_m).corners)
+        least_m = min(max(float(shape.distance(body)) - LEFT_M, 0.0), kept_m)
+        beyond = difference(shapely.Polygon(grown(each.id, shape, kept_m).corners), near)
+        kept = union_of_two(buffer(shape, least_m, quad_segs=4), beyond)
         outline = as_area(difference(kept, room))
         if any(part.interiors for part in shapely.get_parts(outline)):
             outline = as_area(difference(kept, _way_back(room, pose, kept.length)))
         parts = shapely.get_parts(outline)
         if len(parts):
-            main = min(parts, key=lambda part: float(part.distance(shape)))
+            main = shapely.simplify(min(parts, key=lambda part: float(part.distance(shape))), SIMPLER_M)
             corners = shapely.get_coordinates(main.exterior)[:-1].tolist()
             found.append(Polygon(id=each.id, corners=tuple((x, y) for x, y in corners)))
     return tuple(found)

@@ -103,9 +103,8 @@ class WayRoundJob:
         if self._said.state != Said.FINDS_NO_WAY or emulator.tick_count >= self._search_tick:
             until_tick = 0 if blocked.too_near else self._waiting.until_tick(attended=attended)
             self._say(Said.WAITS, self._in_the_way, until_tick)
-        if self._waiting.answer is None:
-            if self._drives > 1 and onboard.status.arc_length_m < ADVANCED_M:
-                self._search_tick = max(self._search_tick, blocked.since_tick + AGAIN_TICKS)
+        if self._waiting.answer is None and self._drives > 1 and onboard.status.arc_length_m < ADVANCED_M:
+            self._search_tick = max(self._search_tick, blocked.since_tick + AGAIN_TICKS)
         self._order = order or WaitingOrder.GO_ROUND
         return order is not None and self.may_search and not blocked.too_near
 
