@@ -193,6 +193,20 @@ class KnownOutlines:
         self._samples = [np.array(_cut(each, _SAMPLE_M))[:, :2] for each in self.outlines]
         self._near, self._looked_s = np.zeros(len(outlines), np.int64), -math.inf
 
+    def any_near(self, x: float, y: float, far_m: float) -> bool:
+        """Return whether an outline may reach into a square.
+
+        Args:
+            x: Centre of the square, with `y`, map frame.
+            y: Its other coordinate.
+            far_m: Half of its side.
+        """
+        if self._index is None:
+            return False
+        low_x, low_y, high_x, high_y = self._index.boxes.T
+        near_x, near_y = (low_x < x + far_m) & (high_x > x - far_m), (low_y < y + far_m) & (high_y > y - far_m)
+        return bool((near_x & near_y).any())
+
     def explain(self, beams: Beams, error_m: float, time_s: float) -> None:
         """Change the kind of returns near an outline to known.
 

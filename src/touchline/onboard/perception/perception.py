@@ -15,7 +15,7 @@ from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.filter_model import EAST, HEADING, NORTH, RING, SPEED, YAW_RATE
 from touchline.onboard.interface import TICK_S, TICKS_PER_S, AuxiliarySample
 from touchline.onboard.perception.clusters import UNIT, Clusters, form_clusters
-from touchline.onboard.perception.fading_grid import FadingGrid
+from touchline.onboard.perception.fading_grid import REACH_M, FadingGrid
 from touchline.onboard.perception.hits import Hits
 from touchline.onboard.perception.known_outlines import KnownOutlines, Polygon, SeenOutline
 from touchline.onboard.perception.scan import GROUND, KNOWN, THING, Beams, ScanFigures, gather, place_beams
@@ -52,7 +52,7 @@ class Perception:
         vehicle: The nominal robot, with one lidar or more.
 
     Attributes:
-        grid: Occupancy of the surroundings.
+        grid: Occupancy of the surroundings, where the plan knows an outline.
         known: Outlines that the plan knows.
         too_late: Number of scans that were not used, because they came too late or before the estimator had started.
         way_m: Way that the robot has driven between scans.
@@ -122,7 +122,9 @@ class Perception:
         sigma_m = estimator.position_sigma_m if self._absolute else 0.0
         self.known.explain(beams, 3.0 * math.hypot(sigma_m, spec.sigma_m) + spec.systematic_m, time_s)
         confirm(figures, beams, near_m, cell_m, self.way_m, lidar.memory)
-        self.grid.enter(beams, min(spec.dark_m, spec.max_m), time_s)
+        x, y = beams.rays[-1, :2].tolist()
+        asked = self.known.any_near(x, y, REACH_M)
+        self.grid.enter(beams, min(spec.dark_m, spec.max_m), time_s, asked=asked)
         form_clusters(figures, beams, UNIT, lidar.clusters)
         self._tracks.follow(lidar.clusters, sigma_m, time_s)
         self._time_s = time_s
