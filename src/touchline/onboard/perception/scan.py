@@ -143,6 +143,7 @@ def place_beams(
     tick: int,
     rise: tuple[float, float],
     outline: Floats,
+    everywhere: bool,
     beams: Beams,
 ) -> None:
     """Place every beam where the robot was at its time, and classify it as nothing, unusable, ground or thing.
@@ -154,6 +155,7 @@ def place_beams(
         tick: Tick of the newest of them; the oldest beam is not older than the ring.
         rise: Rise over run of the ground under the robot, to the east and to the north.
         outline: (n, 2) outline of the robot's body, body frame.
+        everywhere: False if beams without a return, but for the first and the last, need not be placed.
         beams: `aim` and `range_m` are given; all else is set.
     """
     lidar = lidars[0]
@@ -162,6 +164,10 @@ def place_beams(
         reach = max(reach, outline[i, 0] ** 2 + outline[i, 1] ** 2)
     turned, cos_then, sin_then = -1, 1.0, 0.0
     for i in range(count):
+        far = beams.range_m[i]
+        if far > lidar.max_m and not everywhere and 0 < i < count - 1:
+            beams.kind[i] = NOTHING
+            continue
         time_s = stamp_s - lidar.scan_s * (count - 1 - i) / (count - 1)
         at = time_s * TICKS_PER_S
         before = min(math.floor(at + 1e-6), tick)
@@ -180,7 +186,6 @@ def place_beams(
         ray[0], ray[1] = east + cos * lidar.x_m - sin * lidar.y_m, north + sin * lidar.x_m + cos * lidar.y_m
         ray[2], ray[3] = x, y
         beams.time_s[i] = time_s
-        far = beams.range_m[i]
         if far > lidar.max_m:
             beams.kind[i] = NOTHING
             continue
@@ -193,20 +198,3 @@ def place_beams(
         down = lidar.pitch_rad * ahead
         level = down - (rise[0] * x + rise[1] * y)
         beams.kind[i] = GROUND if _may_be_ground(lidar, far, down, level) else THING
-
-
-@borrowing
-def gather(beams: Beams, kind: int, points: Floats, count: int) -> int:
-    """Append the returns of a kind to points; return the number of points then.
-
-    Args:
-        beams: The scan.
-        kind: Kind of beams.
-        points: (n, 2) places; those from `count` on are overwritten.
-        count: Number of points so far.
-    """
-    for i in range(len(beams.kind)):
-        if beams.kind[i] == kind:
-            points[count, 0], points[count, 1] = beams.points_m[i]
-            count += 1
-    return count

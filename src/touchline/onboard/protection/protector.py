@@ -17,9 +17,10 @@ from touchline.onboard.estimation.filter import speed_now_mps
 from touchline.onboard.interface import TICK_S, TICKS_PER_S
 from touchline.onboard.perception.hits import Hits
 from touchline.onboard.protection.blind_sector import blind_sector_rad
-from touchline.onboard.protection.clearance import HitArrays, clearance, measure_clearances
+from touchline.onboard.protection.clearance import HitArrays, clearance
+from touchline.onboard.protection.measured_way import HitsInReach, measure_way
 from touchline.onboard.protection.stopping import stopping_m, stopping_with
-from touchline.onboard.protection.way import CLEAR, NOT_LAID, SILENT, TURN, find_stop, watch_way
+from touchline.onboard.protection.way import CLEAR, NOT_LAID, SILENT, TURN, watch_way
 from touchline.schemas.vehicles import LidarSpec, Vehicle
 
 Floats = NDArray[np.float64]
@@ -118,6 +119,7 @@ class Protector:
         self._computer, self._way, self._tell, self._rules = computer, computer.way, tell, vehicle.protection
         self._hits = Hits(np.zeros((0, 2)), NEVER_SCANNED, 0.0)
         self._earlier: list[Floats] = []
+        self._reach = HitsInReach.sized(0)
         self._driver: Driver | None = None
         self._laid: tuple[int, bool] | None = None
         self._blocked: Blocked | None = None
@@ -289,7 +291,7 @@ class Protector:
             return "something that is no longer seen is in the way"
         beyond = tight[way.ahead_m[tight] > way.stop_m]
         first = int(beyond[0] if len(beyond) else tight[np.argmin(way.clear_m[tight])])
-        place = np.concatenate(self._near[:2])[way.nearest[first]]
+        place = self._reach.place(int(way.nearest[first]))
         distance_m, _ = clearance(self._body, way.radius_m, self._pose(), place[None], math.inf)
         earlier = self._earlier[0] if len(self._earlier) == MOVED_SCANS else points
         far_m = MOVED_M + 2.0 * way.error_m
@@ -301,19 +303,16 @@ class Protector:
 
     def _measure(self, driver: Driver, *, back: bool) -> None:
         """Lay the way to come and measure the clearances along it."""
-        way, computer = self._way, self._computer.array
+        hits = self._hits
         driver.lay_way(back=back)
         self._laid = driver.way[0], back
         self._set_braking()
-        rest_s = way.reaction_s + way.fastest_mps / way.braking_mps2 + way.creep_s
-        most_m = 1.0 + way.margin_m + way.error_m + way.thing_mps * (way.silent_ticks * TICK_S + rest_s)
-        reach_m = way.horizon_m + way.radius_m + most_m
-        points, moving = self._hits.points_m, len(self._hits.points_m) - self._hits.standing
-        origin = float(way.east_m[0]), float(way.north_m[0])
-        parts = points[:moving], points[moving:], self._hits.doubtful_m
-        self._near = HitArrays(*(_near(part, origin, reach_m) for part in parts))
-        measure_clearances(computer, self._body, self._near, most_m)
-        find_stop(computer)
+        points, moving = hits.points_m, len(hits.points_m) - hits.standing
+        most = max(len(points), len(hits.doubtful_m))
+        if most > len(self._reach.hits.moving_m):
+            self._reach = HitsInReach.sized(2 * most)
+        parts = HitArrays(*map(np.ascontiguousarray, (points[:moving], points[moving:], hits.doubtful_m)))
+        measure_way(self._computer.array, self._body, parts, self._reach)
 
     def _set_braking(self) -> None:
         """Set the deceleration that the ground gives where the way leads: less downhill."""
@@ -365,9 +364,10 @@ class Protector:
 
     def _check_speed_of_things(self, hits: Hits) -> None:
         """Report once if something came nearer than a thing of the allowed speed can have come since the last scan."""
-        way, pose = self._way, self._pose()
-        if self._told_too_fast or self._hits.tick == NEVER_SCANNED:
+        way = self._way
+        if self._told_too_fast or self._hits.tick == NEVER_SCANNED or not len(hits.points_m):
             return
+        pose = self._pose()
         most_m = way.margin_m + way.thing_mps  # what is farther away after this matters little
         now_m, _ = clearance(self._body, way.radius_m, pose, hits.points_m, most_m)
         gone_m = way.thing_mps * (hits.tick - self._hits.tick) * TICK_S + self._hits.error_m + hits.error_m + MOVED_M
@@ -389,15 +389,9 @@ class Protector:
 
 def _check(hits: Hits) -> None:
     for name, points in (("points_m", hits.points_m), ("doubtful_m", hits.doubtful_m)):
-        if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
+        if points.ndim != 2 or points.shape[1] != 2 or (len(points) and not np.isfinite(points).all()):
             raise ValueError(f"hits: {name} has the shape {points.shape}, or is not finite; give (n, 2) finite numbers")
     if not (math.isfinite(hits.error_m) and hits.error_m >= 0.0):
         raise ValueError(f"hits: error_m is {hits.error_m}; give a bound of at least 0")
     if not 0 <= hits.standing <= len(hits.points_m):
         raise ValueError(f"hits: standing is {hits.standing} of {len(hits.points_m)} points")
-
-
-def _near(points: Floats, origin: tuple[float, float], reach_m: float) -> Floats:
-    """Return the points within a distance, contiguous."""
-    apart = points - origin
-    return np.ascontiguousarray(points[np.einsum("ij,ij->i", apart, apart) < reach_m * reach_m])
