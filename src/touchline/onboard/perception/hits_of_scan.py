@@ -30,7 +30,7 @@ def _gather(beams: Beams, kind: int, points: Floats, count: int) -> int:
 def gather_hits(
     lidars: Sequence[ScanFigures], beams: Beams, memory: ScanMemory, most_unseen: int, points: Floats
 ) -> tuple[int, int, int]:
-    """Gather the hits of a scan: missed returns and things, edges of unseen ground, known things; last what may be ground.
+    """Gather the hits of a scan: missed returns, things, edges of unseen ground, known things, what may be ground.
 
     Args:
         lidars: (1,) data sheet.
