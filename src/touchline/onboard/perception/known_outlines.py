@@ -124,6 +124,16 @@ def _holder_of(x: float, y: float, near: Integers, count: int, index: _Index) ->
 
 
 @borrowing
+def _any_reaches(boxes: Floats, x: float, y: float, far_m: float) -> bool:
+    """Return whether a box (n, 4), as in `_Index`, reaches into a square round a place."""
+    for n in range(len(boxes)):
+        near_x = boxes[n, 0] < x + far_m and boxes[n, 2] > x - far_m
+        if near_x and boxes[n, 1] < y + far_m and boxes[n, 3] > y - far_m:
+            return True
+    return False
+
+
+@borrowing
 def explain(beams: Beams, tolerance_m: float, index: _Index, near: Integers, time_s: float, seen_s: Floats) -> None:
     """Change the kind of returns that an outline explains.
 
@@ -203,9 +213,7 @@ class KnownOutlines:
         """
         if self._index is None:
             return False
-        low_x, low_y, high_x, high_y = self._index.boxes.T
-        near_x, near_y = (low_x < x + far_m) & (high_x > x - far_m), (low_y < y + far_m) & (high_y > y - far_m)
-        return bool((near_x & near_y).any())
+        return bool(_any_reaches(self._index.boxes, x, y, far_m))
 
     def explain(self, beams: Beams, error_m: float, time_s: float) -> None:
         """Change the kind of returns near an outline to known.

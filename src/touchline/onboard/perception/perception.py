@@ -9,7 +9,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.filter_model import EAST, HEADING, NORTH, RING, SPEED, YAW_RATE
@@ -112,10 +111,9 @@ class Perception:
             self.too_late += 1
             return []
         beams.range_m[:] = ranges
-        learned, time_s = ring.learned, tick * TICK_S
-        rise = learned.rise_east_mps2 / GRAVITY_MPS2, learned.rise_north_mps2 / GRAVITY_MPS2
+        time_s = tick * TICK_S
         everywhere = self._occupied or bool(self.known.outlines)
-        place_beams(figures, sample.stamp_s, ring.states, tick, rise, self._body, everywhere, beams)
+        place_beams(figures, sample.stamp_s, ring.array, tick, self._body, everywhere, beams)
         state = estimator.state.tolist()
         self._note_way(state[EAST], state[NORTH])
         near_m = self._near_m(state[SPEED], state[YAW_RATE], spec)

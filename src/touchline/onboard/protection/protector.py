@@ -65,7 +65,7 @@ class Blocked(NamedTuple):
 
 
 class ProtectionMemory(Record):
-    """What a robot has learned and told since it was switched on, whatever its jobs."""
+    """Memory from job to job: what a robot has learned and told since it was switched on."""
 
     hard_mps2: float
     """Deceleration of the hardest stop, as far as the drive goes; less once a stop has taken longer than predicted."""
