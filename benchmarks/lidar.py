@@ -43,8 +43,8 @@ TICK = 1000
 SMALL = Small(
     {"poses": 3, "scans": 20, "template": "study-square", "repeats": 1},
     (
-        "beams that differ from brute force, of # # beams",
-        "# segments: a scan # us",
+        "# beams that differ from brute force, of # poses x # beams",
+        "# segments: a scan # us at most",
         "study-square: # s of CPU without a lidar, # s with one: # % more",
     ),
 )
