@@ -44,6 +44,17 @@ def robot(vehicle: str, *followers: str) -> None:
         warm_up(setup=Setup(vehicle=SHIPPED[vehicle].vehicle, onboard={"follower": follower}), in_team=True)
 
 
+def seeing(vehicle: str, follower: str) -> None:
+    """Compile what a shipped vehicle drives with if it has a lidar."""
+    from touchline.schemas.setup import Setup
+    from touchline.schemas.vehicles.lidar_spec import LidarSpec
+    from touchline.schemas.vehicles.shipped import SHIPPED
+    from touchline.services.robot_sim.warm_up import warm_up
+
+    with_lidar = SHIPPED[vehicle].vehicle.model_copy(update={"sensors": (LidarSpec(name="front"),)})
+    warm_up(setup=Setup(vehicle=with_lidar, onboard={"follower": follower}), in_team=True)
+
+
 def planner(*vehicles: str) -> None:
     """Compile what plans for shipped vehicles are made with."""
     from touchline.core.compilations import run_steps
@@ -81,6 +92,7 @@ JOBS = (
             Job("clay-roller", partial(robot, "clay-roller", "pure-pursuit", "mpc")),
             Job("turtlebot2", partial(robot, "turtlebot2", "mpc", "pure-pursuit"), (Job("team", team),)),
             Job("learners", learners),
+            Job("lidar", partial(seeing, "turf-tank-two", "mpc")),
         ),
     ),
     Job(

@@ -1,8 +1,9 @@
 """State in which a robot is given a job: a check of a recording can begin there, whatever came before.
 
 A robot that has driven before differs from one that was just switched on: errors of its receiver, biases, wheel angles,
-tank and battery persist. All of that is in records, which are kept field by field; what today's code derives from the
-setup, such as noise figures and limits, is left out. A job's own state is made with the job, so it is not included.
+tank and battery persist. All of that is in records, which are kept field by field, and the last hits of its lidars in
+arrays; what today's code derives from the setup, such as noise figures and limits, is left out. A job's own state is
+made with the job, so it is not included.
 """
 
 from __future__ import annotations
@@ -33,6 +34,9 @@ Arrays = dict[str, NDArray[Any]]
 
 COMPUTER: Final = "computer"
 _TRANSPORT: Final = "transport"
+_PROTECTION: Final = "protection"
+_HITS: Final = f"{_PROTECTION}.hits."
+"""Begin of the paths of `Protector.kept_hits`, whose number and lengths differ from state to state."""
 _SAMPLED: Final = "fast"  # the 100 Hz sensors are one record in recordings
 _MADE_OF_SETUP: Final = frozenset(
     (
@@ -101,6 +105,8 @@ class RobotParts(NamedTuple):
             (_TRANSPORT, sensing.transport),
             (COMPUTER, self.onboard.computer),
         ]
+        if self.onboard.protection.on:
+            records.append((_PROTECTION, self.onboard.protection.memory.array))
         found = {path: field for name, array in records for path, field in _leaves(name, array)}
         return {path: field for path, field in found.items() if not _is_made(path)} | world.own_arrays
 
@@ -152,6 +158,8 @@ class InitialState(NamedTuple):
             command: Command in force.
         """
         fields = {path: field.copy() for path, field in parts.fields().items()}
+        if parts.onboard.protection.on:
+            fields |= {f"{_HITS}{name}": field for name, field in parts.onboard.protection.kept_hits.items()}
         gathered = parts.onboard.estimator.gathered
         return cls(tick, orders, command, parts.faults.timed, gathered, fields, parts.auxiliary.under_way)
 
@@ -163,9 +171,19 @@ class InitialState(NamedTuple):
         """
         self.check_actuators(len(parts.world.state.angles_rad))
         self._set(parts.fields())
+        self._restore_hits(parts.onboard)
         parts.faults.restore(self.faults, self.tick)
         parts.auxiliary.restore(self.under_way, self.tick)
         parts.onboard.estimator.gathered = self.gathered
+
+    def _restore_hits(self, onboard: Onboard) -> None:
+        hits = {path.removeprefix(_HITS): field for path, field in self.fields.items() if path.startswith(_HITS)}
+        if not hits or not onboard.protection.on:
+            return
+        try:
+            onboard.protection.restore_hits(hits)
+        except (ValueError, KeyError, OverflowError) as error:
+            raise DamagedState(_HITS.rstrip("."), f"cannot be used: {error}") from error
 
     def restore_estimator(self, estimator: Estimator, computer: ComputerState) -> None:
         """Bring an estimator and its computer into this state.

@@ -125,7 +125,7 @@ def _sensor_sample(sample: AuxiliarySample, spec: SensorSpec) -> Payload:
             variance=spec.sigma_m**2,
         )
         return topics.RANGE, encode(message)
-    return topics.SENSOR_SAMPLE, encode(m.SensorSample(header=head, kind=spec.kind, values=sample.values))
+    return topics.SENSOR_SAMPLE, encode(m.SensorSample(header=head, kind=spec.kind, values=tuple(sample.values)))
 
 
 def obstacles(tick: int, perception: Perception) -> Payload:

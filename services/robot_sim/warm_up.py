@@ -11,6 +11,7 @@ import numpy as np
 from touchline import onboard
 from touchline.core.compilations import Step, run_steps
 from touchline.onboard.interface import standstill
+from touchline.onboard.perception.perception import lidars_of
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.setup import Setup
@@ -23,6 +24,7 @@ from touchline.services.robot_sim.paint.targets import Target
 from touchline.services.robot_sim.paint.track import Track
 from touchline.services.robot_sim.rehearsal import rehearse
 from touchline.services.robot_sim.sensors.suite import Sensors
+from touchline.services.robot_sim.way_round.unpainted_lines import station_m
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.world import World
 
@@ -45,6 +47,8 @@ def warm_up(
         ("onboard computer", partial(onboard.warm_up, setup.vehicle, setup.onboard)),
         ("rehearsal", partial(rehearse, setup)),
     ]
+    if lidars_of(setup.vehicle):
+        steps.append(("ways round", _ways_round))
     if in_team:
         steps.append(("guided driving", partial(_guided, setup)))
     run_steps(steps, report)
@@ -78,6 +82,10 @@ def _paint(setup: Setup) -> None:
     smearing(ledger, track, vehicle)
     if tool.covers:
         AreaRaster([shapely.box(0.0, 0.0, 1.0, 1.0)], tool.width_m).take(np.zeros((1, POINT_COLUMNS)))
+
+
+def _ways_round() -> None:
+    station_m(Curve.from_line((0.0, 0.0), (1.0, 0.0)), 0.5, 0.0)
 
 
 def _guided(setup: Setup) -> None:

@@ -13,12 +13,15 @@ from tests.checking.short_sessions import BEND
 from tests.checking.test_mutations import LATE, MUTATIONS
 from touchline.checking.check_session import check_recording, update_recording
 from touchline.schemas import topics
+from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import ActuatorCommand, String
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.initial_state import DamagedState
 
 pytestmark = pytest.mark.xdist_group("checking")
 WIDE = Template(
@@ -260,3 +263,35 @@ def test_commands_of_another_number_of_actuators_are_refused(day, tmp_path):
     told[at] = topics.ACTUATOR_COMMAND, encode(one_only)
     (one,) = check_recording(write(tmp_path / "later.mcap", told), exact=True)
     assert "values has 1 numbers, the vehicle's drive has 2 actuators" in one.problem
+
+
+@pytest.fixture(scope="module")
+def watchful_day():
+    """Jobs of a robot with a lidar, among things, which counts on less braking after the first one."""
+    objects = [{"kind": "post", "x_m": x_m, "y_m": -1.0} for x_m in (0.5, 3.5)]
+    day = Day(vehicle=load_vehicle("examples/vehicles/marker-lidar.json"), scenario=Scenario(seed=5, objects=objects))
+    day.job()
+    day.emulator.onboard.protection.memory.hard_mps2 = 0.6
+    day.load_drive(1.0)
+    day.order("start")
+    day.drive()
+    day.brief_job()
+    return day
+
+
+@pytest.mark.parametrize("number", range(2))
+def test_what_a_robot_with_a_lidar_has_seen_and_learned_is_in_the_state(watchful_day, tmp_path, number):
+    (one,) = check_recording(write(tmp_path / "later.mcap", watchful_day.later(number)), exact=True)
+    assert one.passed, (one.problem, str(one.first))
+    assert one.diff.topics[topics.SCAN.name].pairs > 5
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("points_m", np.full((1, 2), math.nan)), ("points_m", np.zeros(3)), ("figures", np.array([math.inf, 0.0, 0.0]))],
+)
+def test_hits_that_cannot_be_are_refused(watchful_day, name, value):
+    state = watchful_day.emulator.initial
+    robot = Emulator(watchful_day.vehicle, watchful_day.scenario, watchful_day.config)
+    with pytest.raises(DamagedState, match=r"protection\.hits"):
+        robot.restore(state._replace(fields={**state.fields, f"protection.hits.{name}": value}))

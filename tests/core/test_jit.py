@@ -5,6 +5,7 @@ import math
 import resource
 import struct
 import sys
+import threading
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from touchline.core.arrays import ascending, copy, least
-from touchline.core.jit import borrowing, kernel, kernel_of_class
+from touchline.core.jit import borrowing, kernel, kernel_of_class, unlocked
 from touchline.core.records import Record
 
 
@@ -368,3 +369,28 @@ def test_a_call_for_other_types_goes_to_their_code() -> None:
     values: list[Any] = [3, 3.0, True, np.float64(3.0), np.int64(3), 3 + 0j]
     for _ in range(2):
         assert [halved(value) for value in values] == [1.5, 1.5, 0.5, 1.5, 1.5, 1.5]
+
+
+def test_other_threads_go_on_while_an_unlocked_kernel_runs() -> None:
+    @unlocked
+    def settle(x: float, steps: int) -> float:
+        for _ in range(steps):
+            x = 0.5 * x + 1.0
+        return x
+
+    turns, over = [0], threading.Event()
+
+    def turn() -> None:
+        while not over.is_set():
+            turns[0] += 1
+
+    settle(1.0, 1)
+    thread = threading.Thread(target=turn)
+    thread.start()
+    try:
+        before = turns[0]
+        assert settle(1.0, 30_000_000) == 2.0
+        assert turns[0] - before > 1000
+    finally:
+        over.set()
+        thread.join()

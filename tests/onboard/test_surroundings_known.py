@@ -3,9 +3,11 @@
 import math
 
 import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from benchmarks._lidar_scene import Scene, Seeing, box, standing, still
-from touchline.onboard.perception.fading_grid import CELL_M, CELLS, FREE, OCCUPIED
+from touchline.onboard.perception.fading_grid import CELL_M, CELLS, FREE, OCCUPIED, _move
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.lidar_spec import LidarSpec
 
@@ -65,6 +67,7 @@ def test_a_known_thing_that_is_hidden_is_not_missing() -> None:
 
 def test_the_grid_has_what_was_seen_and_fades_and_moves_along() -> None:
     seeing = Seeing(Vehicle(sensors=(LIDAR,)), lambda t: (1.5 * t, 0.0, 0.0), still(walls=box(4.0, -0.5, 0.4, 1.0)))
+    seeing.perception.restart([corners(box(4.0, -0.5, 0.4, 1.0))])
     for _ in range(10):
         seeing.scan()
     grid = seeing.perception.grid
@@ -88,6 +91,7 @@ def test_the_grid_has_what_was_seen_and_fades_and_moves_along() -> None:
 
 def test_what_the_grid_knew_halves_in_30_s() -> None:
     seeing = Seeing(Vehicle(sensors=(LIDAR,)), standing(), still(walls=box(2.0, -0.5, 0.4, 1.0)))
+    seeing.perception.restart([corners(box(2.0, -0.5, 0.4, 1.0))])
     for _ in range(10):
         seeing.scan()
     before = seeing.perception.grid.log_odds.max()
@@ -95,3 +99,36 @@ def test_what_the_grid_knew_halves_in_30_s() -> None:
     sample = seeing.sample()
     seeing.perception.take(sample._replace(values=(math.nan,) * 720), seeing.estimator)
     assert abs(seeing.perception.grid.log_odds.max() / before - 0.5) < 0.02
+
+
+def test_the_grid_is_kept_only_near_outlines() -> None:
+    wall = box(4.0, 2.0, 0.4, 1.0)
+    seeing = Seeing(Vehicle(sensors=(LIDAR,)), lambda t: (3.0 * t, 0.0, 0.0), still(walls=wall))
+    seeing.perception.restart([corners(wall)])
+    grid = seeing.perception.grid
+    for _ in range(10):
+        seeing.scan()
+    assert (grid.log_odds > 0.0).any()
+    for _ in range(40):
+        seeing.scan()
+    assert not grid.log_odds.any()
+    seeing.perception.restart()
+    seeing.scans = 0
+    seeing.scan()
+    assert not seeing.perception.grid.log_odds.any()
+
+
+@given(st.lists(st.tuples(st.integers(-200, 200), st.integers(-200, 200)), min_size=1, max_size=5))
+@settings(deadline=None)
+def test_cells_that_come_in_are_unknown(moves: list[tuple[int, int]]) -> None:
+    corner, cells, expected = np.zeros(2, np.int64), np.ones((CELLS, CELLS)), np.ones((CELLS, CELLS))
+    x = y = 0
+    for dx, dy in moves:
+        x, y = x + dx, y + dy
+        i, j = np.arange(x, x + CELLS), np.arange(y, y + CELLS)
+        came_x, came_y = (i < x - dx) | (i >= x - dx + CELLS), (j < y - dy) | (j >= y - dy + CELLS)
+        expected[np.ix_(i[came_x] % CELLS, j % CELLS)] = 0.0
+        expected[np.ix_(i % CELLS, j[came_y] % CELLS)] = 0.0
+        _move(corner, x, y, cells)
+        assert corner.tolist() == [x, y]
+        assert np.array_equal(cells, expected)

@@ -3,12 +3,13 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import LoadRequest, PlanOptions, PlanRequest
-from touchline.schemas.vehicles.shipped import SHIPPED
 from touchline.services.planner.request import answer
 
 LINES = {
@@ -30,7 +31,13 @@ def job(vehicle):
     return LoadRequest(trajectory=planned.trajectory, template_json=template)
 
 
-USUAL = (("turf-tank-two", "mpc"), ("clay-roller", "pure-pursuit"), ("turtlebot3-waffle-pi", "regularised"))
+LIDAR = "examples/vehicles/marker-lidar.json"
+USUAL = (
+    ("turf-tank-two", "mpc"),
+    (LIDAR, "mpc"),
+    ("clay-roller", "pure-pursuit"),
+    ("turtlebot3-waffle-pi", "regularised"),
+)
 OTHERS = (
     ("turf-tank-two", "pure-pursuit"),
     ("clay-roller", "pursuit-lanes"),
@@ -48,8 +55,8 @@ OTHERS = (
 def test_nothing_is_prepared_after_the_warm_up(robots, tmp_path):
     command = [sys.executable, "-m", "tests.robot_sim.whole_life"]
     for vehicle, follower in robots:
-        path = tmp_path / vehicle
-        path.write_bytes(encode(job(SHIPPED[vehicle].vehicle)))
+        path = tmp_path / Path(vehicle).name
+        path.write_bytes(encode(job(load_vehicle(vehicle))))
         command += [vehicle, follower, str(path)]
     done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=900.0)
     assert done.returncode == 0, done.stderr

@@ -17,12 +17,15 @@ from tests.robot_sim.bus_rig import AtOnce, ask
 from tests.robot_sim.scripted import trajectory
 from touchline.bus import Bus, BusConfig, HealthReporter
 from touchline.bus.ports import free_port
+from touchline.onboard.perception.perception import lidars_of
 from touchline.schemas import topics
+from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.cdr import decode
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import LoadRequest
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import FAULTS
+from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles.shipped import SHIPPED
 from touchline.services.robot_sim.journal import Journal
@@ -79,6 +82,10 @@ class Life:
         last_s = emulator.time_s + seconds
         while emulator.time_s < last_s and emulator.active and time.monotonic() < deadline:
             self._robot.turn()
+
+    @property
+    def blocked(self):
+        return self._robot._emulator.onboard.blocked
 
     @property
     def pose(self):
@@ -160,8 +167,17 @@ def faults(life, job):
         life.order(topics.RESET)
 
 
+def something_in_the_way(life, job):
+    """A post before the robot, which it sees, stops for, and waits for."""
+    life.begin()
+    life.drive(job, 15.0)
+    assert life.blocked
+    life.order(topics.ABORT)
+    life.run(2.0)
+
+
 def live(vehicle, follower, job):
-    setup = Setup(vehicle=SHIPPED[vehicle].vehicle, onboard=OnboardConfig(follower=follower))
+    setup = Setup(vehicle=load_vehicle(vehicle), onboard=OnboardConfig(follower=follower))
     config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
     job = decode(LoadRequest, Path(job).read_bytes())
     warm_up(setup=setup, in_team=True)
@@ -178,9 +194,14 @@ def live(vehicle, follower, job):
         goal_and_another_under_way(life)
         stops(life, job)
         team(life, coordinator)
-        if follower == SHIPPED[vehicle].follower:
+        if vehicle not in SHIPPED or follower == SHIPPED[vehicle].follower:
             faults(life, job)
         life.end()
+        if lidars_of(setup.vehicle):
+            post = Scenario(objects=[{"kind": "post", "x_m": 3.0, "y_m": 0.0}])
+            life = Life(bus, operator, setup.model_copy(update={"scenario": post}), Path(folder) / "other", late)
+            something_in_the_way(life, job)
+            life.end()
     late.found = [f"{vehicle}, {follower}: {kernel}" for kernel in late.found]
     late.tell()
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from array import array
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 from zlib import crc32
 
@@ -67,8 +68,8 @@ class WorldSensor:
     def __init__(self, spec: SensorSpec, truth: SensorTruth, draw: Draw) -> None:
         self.spec, self.truth, self.draw = spec, truth, draw
 
-    def measure(self, tick: int, body: BodyState, effects: Effects) -> tuple[float, ...] | None:
-        """Return the values measured at the end of a tick; None for no measurement.
+    def measure(self, tick: int, body: BodyState, effects: Effects) -> Sequence[float] | None:
+        """Return the values measured at the end of a tick, a new object; None for no measurement.
 
         Args:
             tick: Tick that ends.
@@ -153,12 +154,12 @@ class AuxiliaryTruth:
         self._plan(tick)
         return arrived
 
-    def _send(self, mounted: _Mounted, values: tuple[float, ...], moment: Moment) -> None:
+    def _send(self, mounted: _Mounted, values: Sequence[float], moment: Moment) -> None:
         """Put a measurement under way; faults may delay, repeat or lose it."""
         assert self._delays is not None
-        sample = AuxiliarySample(
-            mounted.sensor.spec.name, moment.tick / TICKS_PER_S, tuple(np.asarray(values, np.float64).tolist())
-        )
+        if not (isinstance(values, array) and values.typecode == "d"):
+            values = tuple(np.asarray(values, np.float64).tolist())
+        sample = AuxiliarySample(mounted.sensor.spec.name, moment.tick / TICKS_PER_S, values)
         for delay in self._delays(moment, mounted.number):
             if delay >= 0:
                 self._under_way.append(UnderWay(moment.tick + mounted.latency_ticks + delay, sample))

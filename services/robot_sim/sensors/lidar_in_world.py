@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Callable
 from functools import cached_property
 
@@ -19,12 +20,12 @@ _SYSTEMATIC = 0xFFFF  # channel of the error that a session shares
 class LidarInWorld(WorldSensor):
     """Measures the range of every beam [m]; inf where nothing returns."""
 
-    def measure(self, tick: int, _body: BodyState, effects: Effects) -> tuple[float, ...]:
+    def measure(self, tick: int, _body: BodyState, effects: Effects) -> array[float]:
         """Return the ranges of the scan that ends with a tick; see `WorldSensor.measure`."""
         arrays = self._arrays
         blind, more_false_returns = bool(effects.lidar_blind), float(effects.lidar_false_share)
         self._scan(self._figures, arrays, self.surroundings.things, tick, blind, more_false_returns)
-        return tuple(arrays.measured.tolist())
+        return array("d", arrays.measured.tobytes())
 
     @cached_property
     def _figures(self) -> LidarFigures:

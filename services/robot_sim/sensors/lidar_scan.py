@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from touchline.core.jit import borrowing
 from touchline.core.random import STREAM_AUXILIARY, normal, uniform
 from touchline.onboard.interface import TICK_S
-from touchline.services.robot_sim.sensors.rays import CastBeams, ScanOrigin, meet_disc, meet_solids
+from touchline.services.robot_sim.sensors.rays import CastBeams, ScanOrigin, meet_disc, meet_solids, solids_in_reach
 from touchline.services.robot_sim.world.objects.things import (
     EAST,
     EAST_MPS,
@@ -108,14 +108,29 @@ class ScanArrays(NamedTuple):
 
 
 @borrowing
-def _aim(lidar: LidarFigures, scan: ScanArrays, trail: Floats, tick: int) -> ScanOrigin:
-    """Fill in the beams' rays along the robot's true motion; return the reference at the last of them."""
+def _swept(lidar: LidarFigures, scan: ScanArrays, trail: Floats, tick: int) -> ScanOrigin:
+    """Return the reference at the last beam, and how far the robot moves and turns from it during the scan."""
     end = trail[tick % POSES]
     cos, sin = math.cos(end[2]), math.sin(end[2])
     east = end[0] + cos * lidar.x_m - sin * lidar.y_m
     north = end[1] + sin * lidar.x_m + cos * lidar.y_m
-    moved, turned, before = 0.0, 0.0, -1
-    from_east, from_north, from_rad, rate_radps = east, north, end[2], 0.0
+    moved, turned = 0.0, 0.0
+    # The corner of the polyline of poses that is farthest from the reference bounds what lies before it.
+    for back in range(int(scan.age_s[0] / TICK_S) + 2):
+        pose = trail[(tick - back) % POSES]
+        cos, sin = math.cos(pose[2]), math.sin(pose[2])
+        aside_east = pose[0] + cos * lidar.x_m - sin * lidar.y_m - east
+        aside_north = pose[1] + sin * lidar.x_m + cos * lidar.y_m - north
+        moved = max(moved, math.sqrt(aside_east * aside_east + aside_north * aside_north))
+        turned = max(turned, abs(pose[2] - end[2]))
+    return ScanOrigin(east, north, moved, turned)
+
+
+@borrowing
+def _aim(lidar: LidarFigures, scan: ScanArrays, trail: Floats, tick: int) -> None:
+    """Fill in the beams' rays along the robot's true motion."""
+    before = -1
+    cos, sin, from_east, from_north, rate_radps = 1.0, 0.0, 0.0, 0.0, 0.0
     east_mps, north_mps = 0.0, 0.0
     for beam in range(len(scan.ranges) - 1, -1, -1):
         back = int(scan.age_s[beam] / TICK_S)
@@ -128,13 +143,7 @@ def _aim(lidar: LidarFigures, scan: ScanArrays, trail: Floats, tick: int) -> Sca
             old_cos, old_sin = math.cos(old[2]), math.sin(old[2])
             east_mps = (old[0] + old_cos * lidar.x_m - old_sin * lidar.y_m - from_east) / TICK_S
             north_mps = (old[1] + old_sin * lidar.x_m + old_cos * lidar.y_m - from_north) / TICK_S
-            rate_radps, from_rad = (old[2] - new[2]) / TICK_S, new[2]
-            # The corner of the polyline of poses that is farthest from the reference bounds what lies before it.
-            for corner in range(2):
-                aside_east = from_east + corner * TICK_S * east_mps - east
-                aside_north = from_north + corner * TICK_S * north_mps - north
-                moved = max(moved, math.sqrt(aside_east * aside_east + aside_north * aside_north))
-                turned = max(turned, abs(from_rad + corner * TICK_S * rate_radps - end[2]))
+            rate_radps = (old[2] - new[2]) / TICK_S
         since = scan.age_s[beam] - back * TICK_S
         angle = rate_radps * since  # small: a tick's at most
         turn_sin, turn_cos = angle, 1.0
@@ -144,23 +153,26 @@ def _aim(lidar: LidarFigures, scan: ScanArrays, trail: Floats, tick: int) -> Sca
         x, y, ray = scan.directions[beam, 0], scan.directions[beam, 1], scan.rays[beam]
         ray[0], ray[1] = from_east + east_mps * since, from_north + north_mps * since
         ray[2], ray[3] = beam_cos * x - beam_sin * y, beam_sin * x + beam_cos * y
-    return ScanOrigin(east, north, moved, turned)
 
 
 @borrowing
-def see(lidar: LidarFigures, scan: ScanArrays, things: Things, tick: int) -> None:
-    """Compute the true ranges of a scan that ends with a tick; inf where there is nothing within range.
+def _any_in_reach(reference: ScanOrigin, scan: ScanArrays, things: Things, most_m: float) -> bool:
+    """Return whether a beam of this length may meet a thing; False is certain."""
+    if solids_in_reach(reference, things.grid, most_m):
+        return True
+    movers, figures = things.movers, things.figures
+    for i in range(len(movers)):
+        east, north = movers[i, EAST] - reference.east_m, movers[i, NORTH] - reference.north_m
+        moved = math.hypot(movers[i, EAST_MPS], movers[i, NORTH_MPS]) * scan.age_s[0]
+        if math.hypot(east, north) - figures[i, M_RADIUS] - moved - reference.moved_m <= most_m:
+            return True
+    return False
 
-    Args:
-        lidar: Constants.
-        scan: Rays, ranges and surfaces are filled in; negative ranges are those of the ground.
-        things: Things around the robot, and its poses.
-        tick: Tick that ends.
-    """
-    reference = _aim(lidar, scan, things.trail, tick)
-    first_rad = things.trail[tick % POSES][2] + lidar.first_rad
-    for beam in range(len(scan.ranges)):
-        scan.ranges[beam], scan.dark[beam] = math.inf, 0.0
+
+@borrowing
+def _meet(lidar: LidarFigures, scan: ScanArrays, things: Things, reference: ScanOrigin, heading_rad: float) -> None:
+    """Enter what the aimed beams meet, whatever its range."""
+    first_rad = heading_rad + lidar.first_rad
     beams = CastBeams(
         scan.rays, scan.drop, scan.age_s, scan.ranges, scan.dark, first_rad, lidar.step_rad, lidar.height_m, lidar.max_m
     )
@@ -170,6 +182,25 @@ def see(lidar: LidarFigures, scan: ScanArrays, things: Things, tick: int) -> Non
         disc = (movers[i, EAST], movers[i, NORTH], figures[i, M_RADIUS])
         velocity = (movers[i, EAST_MPS], movers[i, NORTH_MPS])
         meet_disc(beams, reference, disc, velocity, figures[i, M_HEIGHT], figures[i, M_DARK])
+
+
+@borrowing
+def see(lidar: LidarFigures, scan: ScanArrays, things: Things, tick: int) -> None:
+    """Compute the true ranges of a scan that ends with a tick; inf where there is nothing within range.
+
+    Args:
+        lidar: Constants.
+        scan: Ranges and surfaces are filled in, and rays if a thing is within range; negative ranges are those of the
+            ground.
+        things: Things around the robot, and its poses.
+        tick: Tick that ends.
+    """
+    reference = _swept(lidar, scan, things.trail, tick)
+    for beam in range(len(scan.ranges)):
+        scan.ranges[beam], scan.dark[beam] = math.inf, 0.0
+    if _any_in_reach(reference, scan, things, lidar.max_m):
+        _aim(lidar, scan, things.trail, tick)
+        _meet(lidar, scan, things, reference, things.trail[tick % POSES][2])
     for beam in range(len(scan.ranges)):
         most = lidar.dark_m if scan.dark[beam] else lidar.max_m
         distance = scan.ranges[beam] if scan.ranges[beam] <= most else math.inf

@@ -240,6 +240,23 @@ def _any_beyond(beams: CastBeams, distance: float) -> bool:
 
 
 @borrowing
+def solids_in_reach(reference: ScanOrigin, grid: SolidGrid, most_m: float) -> bool:
+    """Return whether beams of this length may meet a solid; False is certain.
+
+    Args:
+        reference: Origin that the beams' own are not far from.
+        grid: The solids.
+        most_m: Longest range.
+    """
+    if len(grid.items) == 0:
+        return False
+    east, north = reference.east_m - grid.corner[0], reference.north_m - grid.corner[1]
+    aside_east = max(-east, east - grid.size[0] * grid.cell_m, 0.0)
+    aside_north = max(-north, north - grid.size[1] * grid.cell_m, 0.0)
+    return math.hypot(aside_east, aside_north) <= most_m + reference.moved_m
+
+
+@borrowing
 def meet_solids(beams: CastBeams, reference: ScanOrigin, grid: SolidGrid) -> None:
     """Enter all solids within range, from near to far: ring by ring of cells until every beam has met something nearer.
 

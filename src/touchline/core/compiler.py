@@ -315,7 +315,7 @@ def compile_code(kernel: KernelFunction, arguments: Sequence[Tree], name: str) -
         try:
             result = _result(dispatcher_of(kernel).part(tuple(map(_type, arguments))).signature.return_type)
             entry = KernelFunction(_entry(kernel, arguments, result))
-            text = native_text(name, arguments, result) if kernel.locked else ""
+            text = native_text(name, arguments, result, locked=kernel.locked)
             return _emitted(dispatcher_of(entry).part((types.voidptr,)), name, text), result
         finally:
             gc.set_threshold(*often)

@@ -45,6 +45,8 @@ declare ptr @PyObject_CallObject(ptr, ptr)
 declare ptr @PyObject_Vectorcall(ptr, ptr, i64, ptr)
 declare void @Py_IncRef(ptr)
 declare void @Py_DecRef(ptr)
+declare ptr @PyEval_SaveThread()
+declare void @PyEval_RestoreThread(ptr)
 define ptr @"{native}"(ptr %self, ptr %args, i64 %count) {{
   %block = alloca [{words} x i64]
   %enough = icmp eq i64 %count, {count}
@@ -55,7 +57,9 @@ begin:
   %wrong = icmp ne ptr %raised, null
   br i1 %wrong, label %out, label %run
 run:
+  {unlock}
   %error = call ptr @"{name}"(ptr %block)
+  {lock}
   %failed = icmp ne ptr %error, null
   br i1 %failed, label %fail, label %good
 good:
@@ -77,13 +81,14 @@ def native_name(name: str) -> str:
     return f"{name}.call"
 
 
-def native_text(name: str, arguments: Sequence[Tree], result: Tree) -> str:
+def native_text(name: str, arguments: Sequence[Tree], result: Tree, *, locked: bool) -> str:
     """Return the text of the function for some code; empty if there is none for these types.
 
     Args:
         name: Name of the code, a function of the address of a block.
         arguments: Types of the kernel's arguments.
         result: Type of its result.
+        locked: Whether other threads of Python wait while it runs.
     """
     if not _takes(arguments) or not _makes(result):
         return ""
@@ -107,6 +112,8 @@ def native_text(name: str, arguments: Sequence[Tree], result: Tree) -> str:
         words=max(words, 1),
         count=len(arguments),
         take=take,
+        unlock="" if locked else "%thread = call ptr @PyEval_SaveThread()",
+        lock="" if locked else "call void @PyEval_RestoreThread(ptr %thread)",
         make=make,
         fail=fail,
         other=text.body(),

@@ -72,8 +72,8 @@ class AuxiliarySample(NamedTuple):
     sensor: str
     """Name of the sensor in the vehicle."""
     stamp_s: float
-    values: tuple[float, ...]
-    """Values as the kind of sensor documents them."""
+    values: Sequence[float]
+    """Values as the kind of sensor documents them: a tuple, or an `array.array` of many."""
 
 
 class ImuSample(NamedTuple):

@@ -106,7 +106,7 @@ class AuxiliarySensors:
             self.rejected[sample.sensor] += 1
             return
         state = self._estimator.ring.states[at % RING]
-        rows = [_row(update, state) for update in model.updates(sample.values, state.copy())]
+        rows = [_row(update, state) for update in model.updates(tuple(sample.values), state.copy())]
         for row in rows:
             taken = self._estimator.take_row(at, row)
             (self.used if taken else self.rejected)[sample.sensor] += 1

@@ -1,4 +1,7 @@
-"""Occupancy grid round the robot that fades: what has been seen lately, and where it was free."""
+"""Occupancy grid round the robot that fades: what has been seen lately, and where it was free.
+
+It tells whether an outline that the plan knows is missing, so it is kept only where there is one.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +22,8 @@ CELLS: Final = 128
 _MASK: Final = CELLS - 1
 """Bits of a cell's place in memory: its place on the map modulo CELLS."""
 CELL_M: Final = 0.1
+REACH_M: Final = CELLS // 2 * CELL_M
+"""Reach from the lidar that scanned last to the sides, up to a cell."""
 OCCUPIED: Final = 0.85
 """Log-odds that a return adds to its cell, once a scan."""
 FREE: Final = -0.4
@@ -41,10 +46,15 @@ def _move(corner: Integers, x: int, y: int, cells: Floats) -> None:
     """
     if x == corner[0] and y == corner[1]:
         return
-    for i in range(x, x + CELLS):
-        for j in range(y, y + CELLS):
-            if not (corner[0] <= i < corner[0] + CELLS and corner[1] <= j < corner[1] + CELLS):
-                cells[i & _MASK, j & _MASK] = 0.0
+    moved_x, moved_y = x - corner[0], y - corner[1]
+    first = x + max(CELLS - moved_x, 0) if moved_x > 0 else x
+    for i in range(first, first + min(abs(moved_x), CELLS)):
+        for j in range(CELLS):
+            cells[i & _MASK, j] = 0.0
+    first = y + max(CELLS - moved_y, 0) if moved_y > 0 else y
+    for j in range(first, first + min(abs(moved_y), CELLS)):
+        for i in range(CELLS):
+            cells[i, j & _MASK] = 0.0
     corner[0], corner[1] = x, y
 
 
@@ -127,19 +137,28 @@ class FadingGrid:
     def __init__(self) -> None:
         self.corner, self.cells = np.zeros(2, np.int64), np.zeros((CELLS, CELLS))
         self._marks, self._scans, self._faded_s = np.zeros((CELLS, CELLS), np.int64), 0, -math.inf
+        self._blank = True
 
-    def enter(self, beams: Beams, free_m: float, time_s: float) -> None:
+    def enter(self, beams: Beams, free_m: float, time_s: float, *, asked: bool = True) -> None:
         """Enter a scan.
 
         Args:
             beams: The scan, with its kinds.
             free_m: Range up to which a beam without a return was free.
             time_s: Present time.
+            asked: False if the grid is of no use here: it then forgets everything.
         """
         if time_s - self._faded_s >= 1.0:
-            fade(self.cells, time_s - self._faded_s)
+            if not self._blank:
+                fade(self.cells, time_s - self._faded_s)
             self._faded_s = time_s
         self._scans += 1
+        if not asked:
+            if not self._blank:
+                self.cells.fill(0.0)
+            self._blank = True
+            return
+        self._blank = False
         enter_scan(beams, free_m, self._scans, self.corner, self.cells, self._marks)
 
     @property

@@ -124,6 +124,16 @@ def _holder_of(x: float, y: float, near: Integers, count: int, index: _Index) ->
 
 
 @borrowing
+def _any_reaches(boxes: Floats, x: float, y: float, far_m: float) -> bool:
+    """Return whether a box (n, 4), as in `_Index`, reaches into a square round a place."""
+    for n in range(len(boxes)):
+        near_x = boxes[n, 0] < x + far_m and boxes[n, 2] > x - far_m
+        if near_x and boxes[n, 1] < y + far_m and boxes[n, 3] > y - far_m:
+            return True
+    return False
+
+
+@borrowing
 def explain(beams: Beams, tolerance_m: float, index: _Index, near: Integers, time_s: float, seen_s: Floats) -> None:
     """Change the kind of returns that an outline explains.
 
@@ -192,6 +202,18 @@ class KnownOutlines:
         self._index = _indexed(self.outlines) if self.outlines else None
         self._samples = [np.array(_cut(each, _SAMPLE_M))[:, :2] for each in self.outlines]
         self._near, self._looked_s = np.zeros(len(outlines), np.int64), -math.inf
+
+    def any_near(self, x: float, y: float, far_m: float) -> bool:
+        """Return whether an outline may reach into a square.
+
+        Args:
+            x: Centre of the square, with `y`, map frame.
+            y: Its other coordinate.
+            far_m: Half of its side.
+        """
+        if self._index is None:
+            return False
+        return bool(_any_reaches(self._index.boxes, x, y, far_m))
 
     def explain(self, beams: Beams, error_m: float, time_s: float) -> None:
         """Change the kind of returns near an outline to known.

@@ -9,19 +9,18 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.filter_model import EAST, HEADING, NORTH, RING, SPEED, YAW_RATE
 from touchline.onboard.interface import TICK_S, TICKS_PER_S, AuxiliarySample
 from touchline.onboard.perception.clusters import UNIT, Clusters, form_clusters
-from touchline.onboard.perception.fading_grid import FadingGrid
+from touchline.onboard.perception.fading_grid import REACH_M, FadingGrid
 from touchline.onboard.perception.hits import Hits
+from touchline.onboard.perception.hits_of_scan import gather_hits
 from touchline.onboard.perception.known_outlines import KnownOutlines, Polygon, SeenOutline
-from touchline.onboard.perception.scan import GROUND, KNOWN, THING, Beams, ScanFigures, gather, place_beams
+from touchline.onboard.perception.scan import Beams, ScanFigures, place_beams
 from touchline.onboard.perception.scan_memory import ScanMemory, confirm
 from touchline.onboard.perception.tracks import TrackedThing, Tracks
-from touchline.onboard.perception.unseen import unseen_edges
 from touchline.schemas.vehicles import ODOMETRY, Vehicle
 from touchline.schemas.vehicles.lidar_spec import LidarSpec
 
@@ -52,7 +51,7 @@ class Perception:
         vehicle: The nominal robot, with one lidar or more.
 
     Attributes:
-        grid: Occupancy of the surroundings.
+        grid: Occupancy of the surroundings, where the plan knows an outline.
         known: Outlines that the plan knows.
         too_late: Number of scans that were not used, because they came too late or before the estimator had started.
         way_m: Way that the robot has driven between scans.
@@ -112,9 +111,9 @@ class Perception:
             self.too_late += 1
             return []
         beams.range_m[:] = ranges
-        learned, time_s = ring.learned, tick * TICK_S
-        rise = learned.rise_east_mps2 / GRAVITY_MPS2, learned.rise_north_mps2 / GRAVITY_MPS2
-        place_beams(figures, sample.stamp_s, ring.states, tick, rise, self._body, beams)
+        time_s = tick * TICK_S
+        everywhere = self._occupied or bool(self.known.outlines)
+        place_beams(figures, sample.stamp_s, ring.array, tick, self._body, everywhere, beams)
         state = estimator.state.tolist()
         self._note_way(state[EAST], state[NORTH])
         near_m = self._near_m(state[SPEED], state[YAW_RATE], spec)
@@ -122,7 +121,9 @@ class Perception:
         sigma_m = estimator.position_sigma_m if self._absolute else 0.0
         self.known.explain(beams, 3.0 * math.hypot(sigma_m, spec.sigma_m) + spec.systematic_m, time_s)
         confirm(figures, beams, near_m, cell_m, self.way_m, lidar.memory)
-        self.grid.enter(beams, min(spec.dark_m, spec.max_m), time_s)
+        x, y = beams.rays[-1, :2].tolist()
+        asked = self.known.any_near(x, y, REACH_M)
+        self.grid.enter(beams, min(spec.dark_m, spec.max_m), time_s, asked=asked)
         form_clusters(figures, beams, UNIT, lidar.clusters)
         self._tracks.follow(lidar.clusters, sigma_m, time_s)
         self._time_s = time_s
@@ -196,14 +197,9 @@ class Perception:
         return 3.0 * sigma_m + spec.systematic_m + range_m * spec.step_rad
 
     def _hits_of(self, lidar: _Lidar, oldest: int, error_m: float) -> Hits:
-        beams, memory, points = lidar.beams, lidar.memory, lidar.points_m
-        count = gather(beams, THING, points, memory.missed(points))
-        if self._occupied:
-            count += unseen_edges(lidar.figures.array, beams, points[count : count + _MOST_UNSEEN])
-        total = gather(beams, KNOWN, points, count)
-        found = points[:total].copy()
-        doubtful = points[: gather(beams, GROUND, points, 0)].copy()
-        return Hits(found, oldest, error_m, total - count, doubtful)
+        points, most_unseen = lidar.points_m, _MOST_UNSEEN if self._occupied else 0
+        count, total, end = gather_hits(lidar.figures.array, lidar.beams, lidar.memory, most_unseen, points)
+        return Hits(points[:total].copy(), oldest, error_m, total - count, points[total:end].copy())
 
 
 def lidars_of(vehicle: Vehicle) -> list[LidarSpec]:

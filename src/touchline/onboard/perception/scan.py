@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.jit import borrowing, kernel
+from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.core.polygons import crossed
 from touchline.core.records import Record
+from touchline.onboard.computer_state import FilterState
 from touchline.onboard.filter_model import EAST, HEADING, NORTH, RING
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.schemas.vehicles.lidar_spec import FULL_TURN_RAD, LidarSpec
@@ -139,10 +141,10 @@ def _may_be_ground(lidar: ScanFigures, range_m: float, down_rad: float, level_ra
 def place_beams(
     lidars: Sequence[ScanFigures],
     stamp_s: float,
-    states: Floats,
+    rings: Sequence[FilterState],
     tick: int,
-    rise: tuple[float, float],
     outline: Floats,
+    everywhere: bool,
     beams: Beams,
 ) -> None:
     """Place every beam where the robot was at its time, and classify it as nothing, unusable, ground or thing.
@@ -150,18 +152,23 @@ def place_beams(
     Args:
         lidars: (1,) data sheet.
         stamp_s: Time of the last beam.
-        states: (RING, STATES) ring of the estimator's states.
+        rings: (1,) ring of the estimator's states, and the slope of the ground under the robot.
         tick: Tick of the newest of them; the oldest beam is not older than the ring.
-        rise: Rise over run of the ground under the robot, to the east and to the north.
         outline: (n, 2) outline of the robot's body, body frame.
+        everywhere: False if beams without a return, but for the first and the last, need not be placed.
         beams: `aim` and `range_m` are given; all else is set.
     """
-    lidar = lidars[0]
+    lidar, states, learned = lidars[0], rings[0].states, rings[0].learned
+    rise_east, rise_north = learned.rise_east_mps2 / GRAVITY_MPS2, learned.rise_north_mps2 / GRAVITY_MPS2
     count, reach = len(beams.range_m), 0.0
     for i in range(len(outline)):
         reach = max(reach, outline[i, 0] ** 2 + outline[i, 1] ** 2)
     turned, cos_then, sin_then = -1, 1.0, 0.0
     for i in range(count):
+        far = beams.range_m[i]
+        if far > lidar.max_m and not everywhere and 0 < i < count - 1:
+            beams.kind[i] = NOTHING
+            continue
         time_s = stamp_s - lidar.scan_s * (count - 1 - i) / (count - 1)
         at = time_s * TICKS_PER_S
         before = min(math.floor(at + 1e-6), tick)
@@ -180,7 +187,6 @@ def place_beams(
         ray[0], ray[1] = east + cos * lidar.x_m - sin * lidar.y_m, north + sin * lidar.x_m + cos * lidar.y_m
         ray[2], ray[3] = x, y
         beams.time_s[i] = time_s
-        far = beams.range_m[i]
         if far > lidar.max_m:
             beams.kind[i] = NOTHING
             continue
@@ -191,22 +197,5 @@ def place_beams(
             continue
         beams.points_m[i, 0], beams.points_m[i, 1] = ray[0] + far * x, ray[1] + far * y
         down = lidar.pitch_rad * ahead
-        level = down - (rise[0] * x + rise[1] * y)
+        level = down - (rise_east * x + rise_north * y)
         beams.kind[i] = GROUND if _may_be_ground(lidar, far, down, level) else THING
-
-
-@borrowing
-def gather(beams: Beams, kind: int, points: Floats, count: int) -> int:
-    """Append the returns of a kind to points; return the number of points then.
-
-    Args:
-        beams: The scan.
-        kind: Kind of beams.
-        points: (n, 2) places; those from `count` on are overwritten.
-        count: Number of points so far.
-    """
-    for i in range(len(beams.kind)):
-        if beams.kind[i] == kind:
-            points[count, 0], points[count, 1] = beams.points_m[i]
-            count += 1
-    return count

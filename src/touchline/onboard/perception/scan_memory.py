@@ -53,12 +53,6 @@ class ScanMemory(NamedTuple):
         points = np.zeros((beams, 2)), np.zeros((beams, 2))
         return cls(np.array([2, 0, 0]), seen, ground_seen, ground_scans, np.zeros((_CELLS, _CELLS)), *points)
 
-    def missed(self, points: Floats) -> int:
-        """Copy the missed returns to the first points (n, 2); return their number."""
-        count = int(self.scans[2])
-        points[:count] = self.missed_m[:count]
-        return count
-
 
 @kernel
 def _cell(value_m: float, size_m: float) -> int:

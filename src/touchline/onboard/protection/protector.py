@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Final, NamedTuple, Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.physical_constants import GRAVITY_MPS2
+from touchline.core.records import Record
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import NEVER_SCANNED, ComputerState
 from touchline.onboard.drives.onboard_drive import OnboardDrive
@@ -17,9 +18,10 @@ from touchline.onboard.estimation.filter import speed_now_mps
 from touchline.onboard.interface import TICK_S, TICKS_PER_S
 from touchline.onboard.perception.hits import Hits
 from touchline.onboard.protection.blind_sector import blind_sector_rad
-from touchline.onboard.protection.clearance import HitArrays, clearance, measure_clearances
+from touchline.onboard.protection.clearance import HitArrays, clearance
+from touchline.onboard.protection.measured_way import HitsInReach, measure_way
 from touchline.onboard.protection.stopping import stopping_m, stopping_with
-from touchline.onboard.protection.way import CLEAR, NOT_LAID, SILENT, TURN, find_stop, watch_way
+from touchline.onboard.protection.way import CLEAR, NOT_LAID, SILENT, TURN, watch_way
 from touchline.schemas.vehicles import LidarSpec, Vehicle
 
 Floats = NDArray[np.float64]
@@ -64,6 +66,19 @@ class Blocked(NamedTuple):
     too_near: bool
 
 
+class ProtectionMemory(Record):
+    """Memory from job to job: what a robot has learned and told since it was switched on."""
+
+    hard_mps2: float
+    """Deceleration of the hardest stop, as far as the drive goes; less once a stop has taken longer than predicted."""
+    told_left_out: bool
+    """True once the cases that the promise of no contact leaves out were reported."""
+    told_too_fast: bool
+    """True once something was reported that came too fast."""
+    clear_tick: int
+    """Last tick in which the way of a pausing robot was not clear."""
+
+
 class Driver(Protocol):
     """Part of a job that knows the way to come."""
 
@@ -96,6 +111,7 @@ class Protector:
 
     Attributes:
         on: True if the robot has a lidar; without one nothing is watched.
+        memory: What persists from job to job.
     """
 
     def __init__(
@@ -116,24 +132,23 @@ class Protector:
             tell: Function that reports a text to the operator.
         """
         lidars = [each for each in vehicle.sensors if isinstance(each, LidarSpec)]
-        self.on = bool(lidars)
+        self.on, self.memory = bool(lidars), ProtectionMemory()
         self._computer, self._way, self._tell, self._rules = computer, computer.way, tell, vehicle.protection
         self._hits = Hits(np.zeros((0, 2)), NEVER_SCANNED, 0.0)
         self._earlier: list[Floats] = []
+        self._reach = HitsInReach.sized(0)
         self._driver: Driver | None = None
         self._laid: tuple[int, bool] | None = None
         self._blocked: Blocked | None = None
-        self._clear_tick = 0
         self._checked_tick = NEVER_SCANNED
         self._why = ""
         self._braking_from_mps = self._braked_m = 0.0
-        self._told_left_out = self._told_too_fast = False
         if not self.on:
             return
         self._body: Floats = np.array(vehicle.body.footprint_m, dtype=np.float64)
         radius_m = float(np.hypot(*self._body.T).max())
         hardest = drive.moves_mps(drive.max_step) / TICK_S
-        self._hard_mps2 = min(hardest, self._rules.hard_braking_mps2 or math.inf)
+        self.memory.hard_mps2 = min(hardest, self._rules.hard_braking_mps2 or math.inf)
         self._ground_mps2 = drive.driven_share * grip * GRAVITY_MPS2
         self._grip, self._blind_rad = grip, blind_sector_rad(lidars)
         late_s = max(each.scan_s + each.latency_s + 1.0 / each.rate_hz for each in lidars)
@@ -146,7 +161,7 @@ class Protector:
             thing_mps=self._rules.thing_speed_mps if self._rules.mode == "passive" else 0.0,
             radius_m=radius_m,
             planned_mps2=planned_mps2,
-            braking_mps2=max(min(self._hard_mps2, self._ground_mps2), LEAST_BRAKING_MPS2),
+            braking_mps2=max(min(self.memory.hard_mps2, self._ground_mps2), LEAST_BRAKING_MPS2),
             lag_s=drive.lag_s,
             late_ticks=math.ceil(late_s * TICKS_PER_S),
             lever_m=planned_mps2 / spin_radps2 if spin_radps2 > 0.0 else 1.0,
@@ -207,6 +222,31 @@ class Protector:
         if self._driver is not None and self._laid is not None:
             self._measure(self._driver, back=self._laid[1])
 
+    @property
+    def kept_hits(self) -> dict[str, NDArray[Any]]:
+        """Arrays of the hits of the last scans, by names: with `memory` all that matters to the next job."""
+        hits = self._hits
+        figures = np.array([hits.tick, hits.error_m, hits.standing], dtype=np.float64)
+        earlier = {f"earlier{n}_m": points for n, points in enumerate(self._earlier)}
+        return {"figures": figures, "points_m": hits.points_m, "doubtful_m": hits.doubtful_m, **earlier}
+
+    def restore_hits(self, kept: Mapping[str, NDArray[Any]]) -> None:
+        """Restore hits as of `kept_hits`.
+
+        Raises:
+            ValueError, KeyError, OverflowError: They are not valid.
+        """
+        tick, error_m, standing = kept["figures"].tolist()
+        points, doubtful, *earlier = (
+            kept[name].astype(np.float64)
+            for name in ("points_m", "doubtful_m", *(f"earlier{n}_m" for n in range(len(kept) - 3)))
+        )
+        hits = Hits(points, int(tick), error_m, int(standing), doubtful)
+        for each in (hits, *(hits._replace(points_m=points, standing=0) for points in earlier)):
+            _check(each)
+        self._hits, self._earlier = hits, earlier
+        self._way.scan_tick, self._way.error_m = hits.tick, hits.error_m
+
     def watch(self, driver: Driver) -> str:
         """Watch the way of a driving robot in this tick; return the reason why it may not move, "" if it may.
 
@@ -215,8 +255,8 @@ class Protector:
         """
         if not self.on:
             return ""
-        if not self._told_left_out:
-            self._told_left_out = True
+        if not self.memory.told_left_out:
+            self.memory.told_left_out = True
             self._tell(self.left_out)
         if self._driver is not driver or self._laid != driver.way or self._way.kind == NOT_LAID:
             self._driver = driver
@@ -260,10 +300,10 @@ class Protector:
                 if self._why:
                     break
         if self._why:
-            self._clear_tick = tick
+            self.memory.clear_tick = tick
             return self._why
         self._blocked = None
-        return "" if tick - self._clear_tick >= CLEAR_TICKS else "the way has just become clear"
+        return "" if tick - self.memory.clear_tick >= CLEAR_TICKS else "the way has just become clear"
 
     def _reason(self) -> str:
         way = self._way
@@ -291,7 +331,7 @@ class Protector:
             return "something that is no longer seen is in the way"
         beyond = tight[way.ahead_m[tight] > way.stop_m]
         first = int(beyond[0] if len(beyond) else tight[np.argmin(way.clear_m[tight])])
-        place = np.concatenate(self._near[:2])[way.nearest[first]]
+        place = self._reach.place(int(way.nearest[first]))
         distance_m, _ = clearance(self._body, way.radius_m, self._pose(), place[None], math.inf)
         earlier = self._earlier[0] if len(self._earlier) == MOVED_SCANS else points
         far_m = MOVED_M + 2.0 * way.error_m
@@ -307,19 +347,16 @@ class Protector:
 
     def _measure(self, driver: Driver, *, back: bool) -> None:
         """Lay the way to come and measure the clearances along it."""
-        way, computer = self._way, self._computer.array
+        hits = self._hits
         driver.lay_way(back=back)
         self._laid = driver.way[0], back
         self._set_braking()
-        rest_s = way.reaction_s + way.fastest_mps / way.braking_mps2 + way.creep_s
-        most_m = 1.0 + way.margin_m + way.error_m + way.thing_mps * (way.silent_ticks * TICK_S + rest_s)
-        reach_m = way.horizon_m + way.radius_m + most_m
-        points, moving = self._hits.points_m, len(self._hits.points_m) - self._hits.standing
-        origin = float(way.east_m[0]), float(way.north_m[0])
-        parts = points[:moving], points[moving:], self._hits.doubtful_m
-        self._near = HitArrays(*(_near(part, origin, reach_m) for part in parts))
-        measure_clearances(computer, self._body, self._near, most_m)
-        find_stop(computer)
+        points, moving = hits.points_m, len(hits.points_m) - hits.standing
+        most = max(len(points), len(hits.doubtful_m))
+        if most > len(self._reach.hits.moving_m):
+            self._reach = HitsInReach.sized(2 * most)
+        parts = HitArrays(*map(np.ascontiguousarray, (points[:moving], points[moving:], hits.doubtful_m)))
+        measure_way(self._computer.array, self._body, parts, self._reach)
 
     def _set_braking(self) -> None:
         """Set the deceleration that the ground gives where the way leads: less downhill."""
@@ -327,7 +364,7 @@ class Protector:
         east, north = way.east_m[1] - way.east_m[0], way.north_m[1] - way.north_m[0]
         far_m = math.hypot(east, north)
         rise = (east * learned.rise_east_mps2 + north * learned.rise_north_mps2) / far_m if far_m > 0.0 else 0.0
-        braking_mps2 = max(min(self._hard_mps2, self._ground_mps2 + min(rise, 0.0)), LEAST_BRAKING_MPS2)
+        braking_mps2 = max(min(self.memory.hard_mps2, self._ground_mps2 + min(rise, 0.0)), LEAST_BRAKING_MPS2)
         if braking_mps2 != way.braking_mps2:
             way.braking_mps2 = braking_mps2
             self._set_speeds()
@@ -363,23 +400,24 @@ class Protector:
         if self._braked_m <= STOP_TOLERANCE * predicted_m + STOP_TOLERANCE_M:
             return
         left_m = self._braked_m / STOP_TOLERANCE - speed * stopping.reaction_s
-        self._hard_mps2 = max(speed * speed / (2.0 * left_m), LEAST_BRAKING_MPS2)
+        self.memory.hard_mps2 = max(speed * speed / (2.0 * left_m), LEAST_BRAKING_MPS2)
         self._tell(
             f"a stop from {speed:.2f} m/s took {self._braked_m:.2f} m instead of {predicted_m:.2f} m; the robot counts "
-            f"on a deceleration of {self._hard_mps2:.1f} m/s² from now on"
+            f"on a deceleration of {self.memory.hard_mps2:.1f} m/s² from now on"
         )
 
     def _check_speed_of_things(self, hits: Hits) -> None:
         """Report once if something came nearer than a thing of the allowed speed can have come since the last scan."""
-        way, pose = self._way, self._pose()
-        if self._told_too_fast or self._hits.tick == NEVER_SCANNED:
+        way = self._way
+        if self.memory.told_too_fast or self._hits.tick == NEVER_SCANNED or not len(hits.points_m):
             return
+        pose = self._pose()
         most_m = way.margin_m + way.thing_mps  # what is farther away after this matters little
         now_m, _ = clearance(self._body, way.radius_m, pose, hits.points_m, most_m)
         gone_m = way.thing_mps * (hits.tick - self._hits.tick) * TICK_S + self._hits.error_m + hits.error_m + MOVED_M
         before_m, _ = clearance(self._body, way.radius_m, pose, self._hits.points_m, most_m + gone_m)
         if now_m < most_m and now_m < before_m - gone_m:
-            self._told_too_fast = True
+            self.memory.told_too_fast = True
             self._tell(
                 f"something came within {max(now_m, 0.0):.1f} m that moves faster than {way.thing_mps:g} m/s, or that "
                 "the lidar did not see before; the robot is not protected against that"
@@ -395,15 +433,9 @@ class Protector:
 
 def _check(hits: Hits) -> None:
     for name, points in (("points_m", hits.points_m), ("doubtful_m", hits.doubtful_m)):
-        if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
+        if points.ndim != 2 or points.shape[1] != 2 or (len(points) and not np.isfinite(points).all()):
             raise ValueError(f"hits: {name} has the shape {points.shape}, or is not finite; give (n, 2) finite numbers")
     if not (math.isfinite(hits.error_m) and hits.error_m >= 0.0):
         raise ValueError(f"hits: error_m is {hits.error_m}; give a bound of at least 0")
     if not 0 <= hits.standing <= len(hits.points_m):
         raise ValueError(f"hits: standing is {hits.standing} of {len(hits.points_m)} points")
-
-
-def _near(points: Floats, origin: tuple[float, float], reach_m: float) -> Floats:
-    """Return the points within a distance, contiguous."""
-    apart = points - origin
-    return np.ascontiguousarray(points[np.einsum("ij,ij->i", apart, apart) < reach_m * reach_m])
