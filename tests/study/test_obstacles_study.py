@@ -1,0 +1,111 @@
+"""The study of obstacles, on few lines, and its command."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.command import app
+from touchline_research.obstacles import obstacles_study
+from touchline_research.obstacles.crowd import EIGHT, protected
+from touchline_research.obstacles.obstacles_study import Extent, ObstaclesStudy, run_obstacles_study
+from touchline_research.obstacles.protected_lines import CROWDS, PASSIVE, RULES, LineRuns, drive_line, marker
+from touchline_research.obstacles.speed_zones import APPROACH, BOXES, CIRCLES, GROWING_CIRCLE, SpeedZones, watch_zones
+from touchline_research.target_table import TargetRow, TargetTable, against_targets
+
+BOXED = next(rule for rule in RULES if rule.zones.kind == BOXES and rule.zones.slow_m > rule.zones.stop_m)
+
+
+def allowed_mps(zones: SpeedZones, *places: tuple[float, float]) -> float:
+    """Speed that zones allow a marker at the origin that sees four hits in one place each."""
+    vehicle = marker()
+    computer = protected(vehicle)
+    computer.times.tick = 0
+    points = np.repeat(np.array(places, dtype=np.float64).reshape(-1, 2), 4, axis=0)
+    watch_zones(computer.array, zones, np.array(vehicle.body.footprint_m), points)
+    assert computer.way.limit_mps == computer.way.cap_mps
+    return computer.way.cap_mps / computer.way.fastest_mps
+
+
+@pytest.mark.parametrize(
+    ("place", "share"),
+    [
+        ((1.3, 0.0), 0.0),
+        ((1.4, 0.0), 0.3),
+        ((2.2, 0.0), 0.3),
+        ((2.3, 0.0), 1.0),
+        ((1.0, 0.65), 1.0),
+        ((-0.4, 0.0), 1.0),
+    ],
+)
+def test_boxes_stop_and_slow_for_what_is_ahead(place: tuple[float, float], share: float) -> None:
+    assert allowed_mps(SpeedZones(BOXES, 0.6, 1.5), place) == pytest.approx(share)
+
+
+def test_circles_act_all_round_and_the_others_by_distance() -> None:
+    circles, growing, approach = (
+        SpeedZones(CIRCLES, 0.6, 1.5),
+        SpeedZones(GROWING_CIRCLE, 0.05),
+        SpeedZones(APPROACH, 0.05, ahead_s=2),
+    )
+    assert [allowed_mps(circles, (0.2 - off, 0.0)) for off in (1.2, 1.3, 2.2)] == pytest.approx([0.0, 0.3, 1.0])
+    assert [allowed_mps(each) for each in (circles, growing, approach)] == [1.0, 1.0, 1.0]
+    for zones in (growing, approach):
+        speeds = [allowed_mps(zones, (0.75 + off, 0.0)) for off in (0.02, 0.7, 1.2, 5.0)]
+        assert speeds[0] == 0.0 < speeds[1] < speeds[2] < speeds[3] == 1.0
+
+
+def test_three_hits_are_too_few_for_boxes() -> None:
+    vehicle = marker()
+    computer = protected(vehicle)
+    computer.times.tick = 0
+    body = np.array(vehicle.body.footprint_m)
+    for count, stops in ((3, False), (4, True)):
+        watch_zones(computer.array, BOXED.zones, body, np.tile((1.0, 0.0), (count, 1)))
+        assert (computer.way.cap_mps == 0.0) == stops
+
+
+def test_boxes_touch_people_in_motion_and_ours_does_not() -> None:
+    met = {rule.name: [drive_line(rule, EIGHT, seed) for seed in (1, 2)] for rule in (PASSIVE, BOXED)}
+    ours, boxed = met[PASSIVE.name], met[BOXED.name]
+    assert sum(each.moving for each in ours) == 0 < sum(each.standing for each in ours)
+    assert sum(each.moving for each in boxed) > 5
+    assert all(each.way_m >= 60.0 for each in (*ours, *boxed))
+    assert LineRuns(CROWDS[2], BOXED, tuple(boxed), 43.6, 0.0).row().met is None
+    assert not LineRuns(CROWDS[2], PASSIVE, tuple(boxed), 43.6, 0.0).row().met
+
+
+@pytest.fixture(scope="module")
+def study() -> ObstaclesStudy:
+    said: dict[str, float] = {}
+    result = run_obstacles_study(Extent(1), lambda what, done: said.update({what: done}))
+    assert all(0.0 <= done < 1.0 for done in said.values())
+    return result
+
+
+@pytest.mark.full
+@pytest.mark.timeout(400)
+def test_only_rows_of_ours_have_targets(study: ObstaclesStudy) -> None:
+    for table in study.tables:
+        assert all(len(each.texts) == len(table.headings) for each in table.rows)
+        assert any(each.met is not None for each in table.rows)
+        assert all(each.cells[0].startswith("ours") for each in table.rows if each.met is not None)
+
+
+@pytest.mark.full
+@pytest.mark.timeout(400)
+@pytest.mark.parametrize(("met", "code"), [(True, 0), (False, 1)])
+def test_a_missed_row_makes_the_exit_code(
+    met: bool, code: int, study: ObstaclesStudy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table = TargetTable("what", ("name",), (TargetRow(("ours",), *against_targets([("≤ 1", met)])),))
+    found = ObstaclesStudy((table,), study.lines)
+    monkeypatch.setattr(obstacles_study, "run_obstacles_study", lambda extent, progress: found)
+    told = ["study", "obstacles", "--quick", "--json", "--out", str(tmp_path), "--plots", str(tmp_path)]
+    result = CliRunner().invoke(app, told)
+    assert result.exit_code == code
+    assert [each["met"] for each in json.loads(result.stdout)[0]["rows"]] == [met]
+    assert (tmp_path / "obstacles-study.md").read_text().startswith("## what")
+    assert len(list(tmp_path.glob("obstacles-*.png"))) == 1
