@@ -11,7 +11,6 @@ from collections import Counter
 import numpy as np
 import shapely
 
-from benchmarks._free_worlds import box, random_pose, world
 from benchmarks._settings import Small
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.vehicles import Vehicle
@@ -23,6 +22,7 @@ from touchline.services.planner.free_space.reachability import Reachability
 from touchline.services.planner.free_space.roadmap import Roadmap
 from touchline.services.planner.free_space.slices import Slicer
 from touchline.services.planner.geometry.clothoid import PathPose
+from touchline_research.obstacles.free_worlds import box, random_pose, world
 
 OUTLINE = Vehicle().body.footprint_m
 # Ways with more straights have no bound of their length.

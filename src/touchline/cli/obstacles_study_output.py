@@ -14,5 +14,9 @@ def obstacles_study(places: StudyPlaces, *, quick: bool, as_json: bool) -> None:
     with progress_bar("Study") as advance:
         study = run_obstacles_study(QUICK if quick else FULL, lambda what, done: advance(done, what))
     deliver_study(
-        study.tables, lambda folder: save_obstacle_pictures(study.lines, folder), places, STEM, as_json=as_json
+        study.tables,
+        lambda folder: save_obstacle_pictures(study.lines, study.trials, folder),
+        places,
+        STEM,
+        as_json=as_json,
     )
