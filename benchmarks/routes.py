@@ -24,7 +24,7 @@ from touchline.services.planner.free_space.roadmap import Roadmap
 from touchline.services.planner.free_space.slices import Slicer
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline_research.obstacles.free_worlds import box, random_pose, world
-from touchline_research.obstacles.ompl_search import INSTALL, has_ompl, search_way
+from touchline_research.obstacles.ompl_search import INSTALL, OmplProcess, has_ompl
 from touchline_research.obstacles.ways_to_goals import RADIUS_M
 
 OUTLINE = Vehicle().body.footprint_m
@@ -75,7 +75,8 @@ def main(worlds: int = 100, goals: int = 10, passages: int = 50, peer_s: float =
             if legs.manoeuvres <= MANOEUVRES:
                 ratios.append(legs.length_m / min(legs.length_m, dense.legs(start, goal).length_m))
                 if peer_s:
-                    way = search_way(ways.body, RADIUS_M, "BITstar", (start, goal), peer_s)
+                    with OmplProcess() as ompl:
+                        way = ompl.way(ways.body, RADIUS_M, "BITstar", (start, goal), peer_s)
                     peers.append((legs.length_m, way.length_m if way else None))
         proofs_s.append(spent_s)
     exists, none = proofs["exists"], proofs["none"]

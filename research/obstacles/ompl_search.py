@@ -1,11 +1,17 @@
-"""OMPL as a peer: sampling-based searches of a car among walls, with the product's check of its body."""
+"""OMPL as a peer: sampling-based searches of a car among walls, with the product's check of its body.
+
+It runs in a process of its own: now and then its Python bindings end theirs with a segmentation fault.
+"""
 
 from __future__ import annotations
 
 import math
 import time
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from importlib.util import find_spec
-from typing import Final, NamedTuple
+from multiprocessing import get_context
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 import shapely
@@ -16,6 +22,8 @@ from touchline.services.planner.geometry.clothoid import Floats, PathPose
 INSTALL: Final = "OMPL is not installed, its rows are left out: pip install './research[peers]'."
 STEP_M: Final = 0.02
 """Distance of the poses that are checked."""
+TRIES: Final = 5
+"""Processes that may end in one search."""
 SIMPLIFIED_S: Final = 1.0
 """Time after which the simplification of a way ends."""
 
@@ -39,6 +47,42 @@ class FoundWay(NamedTuple):
 def has_ompl() -> bool:
     """True if OMPL is installed."""
     return find_spec("ompl") is not None
+
+
+class OmplProcess:
+    """Process that searches; a context manager."""
+
+    def __init__(self) -> None:
+        """Start it with the first search."""
+        self._pool = _pool()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.shutdown()
+
+    def way(
+        self, body: WalledBody, radius_m: float, planner: str, ends: tuple[PathPose, PathPose], seconds: float
+    ) -> FoundWay | None:
+        """Search as `search_way` does, again if the process has ended.
+
+        Raises:
+            BrokenProcessPool: It has ended TRIES times.
+        """
+        ended = 0
+        while True:
+            try:
+                return self._pool.submit(search_way, body, radius_m, planner, ends, seconds).result()
+            except BrokenProcessPool:
+                ended += 1
+                if ended == TRIES:
+                    raise
+                self._pool = _pool()
+
+
+def _pool() -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(1, get_context("spawn"))
 
 
 def search_way(

@@ -15,13 +15,14 @@ from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.free_space.convex_parts import body_parts
 from touchline.services.planner.free_space.ground_ways import GroundWays
+from touchline.services.planner.free_space.legs import WalledBody
 from touchline.services.planner.free_space.obstructed_ground import ObstructedGround
 from touchline.services.planner.free_space.reachability import Proof, Reachability
 from touchline.services.planner.free_space.slices import Slicer
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline_research.obstacles.free_worlds import SIZE_M, random_pose, world
-from touchline_research.obstacles.ompl_search import INSTALL, STEP_M, FoundWay, has_ompl, search_way
+from touchline_research.obstacles.ompl_search import INSTALL, STEP_M, FoundWay, OmplProcess, has_ompl
 from touchline_research.target_table import TargetRow, TargetTable, against_targets
 
 Progress = Callable[[str, float], None]
@@ -88,11 +89,18 @@ def try_ways(worlds: int, goals: int, searches_s: Sequence[float], progress: Pro
             manoeuvres, ours = _ways_of_ours(ways, start, goal)
             by_planner = {OURS: ours, OURS_AS_CAR: _way_of_car(ground, start, goal)}
             if has_ompl():
-                ends = start, goal
-                by_planner[RRT] = search_way(ways.body, RADIUS_M, "RRTConnect", ends, max(searches_s))
-                for seconds in searches_s:
-                    by_planner[bit_star(seconds)] = search_way(ways.body, RADIUS_M, "BITstar", ends, seconds)
+                by_planner |= _ways_of_peer(ways.body, (start, goal), searches_s)
             found.append(Trial(seed, start, goal, manoeuvres, by_planner))
+    return found
+
+
+def _ways_of_peer(
+    body: WalledBody, ends: tuple[PathPose, PathPose], searches_s: Sequence[float]
+) -> dict[str, FoundWay | None]:
+    with OmplProcess() as ompl:
+        found = {RRT: ompl.way(body, RADIUS_M, "RRTConnect", ends, max(searches_s))}
+        for seconds in searches_s:
+            found[bit_star(seconds)] = ompl.way(body, RADIUS_M, "BITstar", ends, seconds)
     return found
 
 
