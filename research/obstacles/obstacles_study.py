@@ -23,7 +23,7 @@ class Extent(NamedTuple):
     """
 
     lines: int = 100
-    worlds: int = 15
+    worlds: int = 12
     goals: int = 4
     searches_s: tuple[float, ...] = (3.0, 5.0)
 

@@ -124,6 +124,9 @@ def search_way(
     problem.setStartAndGoalStates(*states)
     problem.setOptimizationObjective(base.PathLengthOptimizationObjective(known))
     search = getattr(geometric, planner)(known)
+    if planner == "BITstar":
+        # Each sample that it prunes may rebuild its index of neighbours, which in this space takes minutes.
+        search.setPruning(False)
     search.setProblemDefinition(problem)
     search.setup()
     begun = time.process_time()
