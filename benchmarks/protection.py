@@ -7,12 +7,11 @@ protection left out, `phases` of the scan at which something appears for each st
 import math
 from collections.abc import Mapping
 
-from benchmarks._adversaries import INTERCEPTOR, STEPPER, WALKER, Met, meet_people, protected
 from benchmarks._settings import Small
 from benchmarks._stops_for_things import stop_for, with_lidar
 from touchline.schemas.catalogue import load_vehicle
+from touchline_research.obstacles.crowd import EIGHT, WALKER, Met, meet_people, protected
 
-EIGHT = (WALKER, INTERCEPTOR, STEPPER, WALKER, INTERCEPTOR, STEPPER, INTERCEPTOR, STEPPER)
 RANGE_ERROR_M = 0.1
 """Error of the lidar with which each figure is left out, to use up what margin and bound on the error allow."""
 LEFT_OUT: dict[str, dict[str, float]] = {

@@ -1,7 +1,8 @@
 """Ways to goals among obstacles: proofs against ways, lengths against a denser search, the narrowest place, times.
 
 `python -m benchmarks routes`: `worlds` of 16 x 16 m (rooms with doors of 0.70 to 1.40 m, clutter, U-shaped traps) with
-`goals` each, and `passages` that are too narrow by 1 to 20 cm. Times are seconds of the processor.
+`goals` each, and `passages` that are too narrow by 1 to 20 cm. Times are seconds of the processor. With `peer_s=5` and
+OMPL (`pip install './research[peers]'`) its BIT* searches for that long for each way, too.
 """
 
 import math
@@ -11,8 +12,7 @@ from collections import Counter
 import numpy as np
 import shapely
 
-from benchmarks._free_worlds import box, random_pose, world
-from benchmarks._settings import Small
+from benchmarks._settings import NotHereError, Small
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.free_space.convex_parts import body_parts
@@ -23,6 +23,9 @@ from touchline.services.planner.free_space.reachability import Reachability
 from touchline.services.planner.free_space.roadmap import Roadmap
 from touchline.services.planner.free_space.slices import Slicer
 from touchline.services.planner.geometry.clothoid import PathPose
+from touchline_research.obstacles.free_worlds import box, random_pose, world
+from touchline_research.obstacles.ompl_search import INSTALL, OmplProcess, has_ompl
+from touchline_research.obstacles.ways_to_goals import RADIUS_M
 
 OUTLINE = Vehicle().body.footprint_m
 # Ways with more straights have no bound of their length.
@@ -39,8 +42,11 @@ SMALL = Small(
 )
 
 
-def main(worlds: int = 100, goals: int = 10, passages: int = 50) -> None:
+def main(worlds: int = 100, goals: int = 10, passages: int = 50, peer_s: float = 0.0) -> None:
     """Decide and plan for all goals, and print the figures."""
+    if peer_s and not has_ompl():
+        raise NotHereError(INSTALL)
+    peers: list[tuple[float, float | None]] = []
     proofs, outcomes, ratios = Counter[str](), Counter[str](), list[float]()
     maps_s, queries_s, proofs_s = list[float](), list[float](), list[float]()
     for seed in range(worlds):
@@ -68,6 +74,10 @@ def main(worlds: int = 100, goals: int = 10, passages: int = 50) -> None:
             outcomes[f"reached, {proof}"] += 1
             if legs.manoeuvres <= MANOEUVRES:
                 ratios.append(legs.length_m / min(legs.length_m, dense.legs(start, goal).length_m))
+                if peer_s:
+                    with OmplProcess() as ompl:
+                        way = ompl.way(ways.body, RADIUS_M, "BITstar", (start, goal), peer_s)
+                    peers.append((legs.length_m, way.length_m if way else None))
         proofs_s.append(spent_s)
     exists, none = proofs["exists"], proofs["none"]
     print(f"{sum(proofs.values())} goals in {worlds} worlds: {exists} with a way, {none} without,", end=" ")
@@ -75,6 +85,7 @@ def main(worlds: int = 100, goals: int = 10, passages: int = 50) -> None:
     print(f"reached {outcomes['reached, exists']} of {exists}; contradictions {outcomes['reached, none']}")
     print(f"length by the denser map's: mean {np.mean(ratios):.4f}, p95 {np.percentile(ratios, 95):.4f},", end=" ")
     print(f"worst {max(ratios):.3f}")
+    _print_peer(peers)
     times = [np.percentile(each, (50, 95)) for each in (maps_s, queries_s, proofs_s)]
     print(f"s: map p50 {times[0][0]:.2f}, p95 {times[0][1]:.2f}; query p50 {times[1][0]:.3f}, p95", end=" ")
     print(
@@ -82,6 +93,14 @@ def main(worlds: int = 100, goals: int = 10, passages: int = 50) -> None:
     )
     errors = [_passage(seed) for seed in range(passages)]
     print(f"too narrow by, error in mm: worst {1e3 * max(errors):.1f} of {passages} passages")
+
+
+def _print_peer(lengths: list[tuple[float, float | None]]) -> None:
+    """Print lengths of ways by a peer, as multiples of ours."""
+    found = [theirs / ours for ours, theirs in lengths if theirs]
+    if found:
+        print(f"BIT* found {len(found)} of {len(lengths)}; length by ours: mean {np.mean(found):.3f},", end=" ")
+        print(f"least {min(found):.3f}, p95 {np.percentile(found, 95):.3f}")
 
 
 def _denser(ground: ObstructedGround) -> GroundWays:

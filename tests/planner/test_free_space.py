@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import shapely
 
-from benchmarks._free_worlds import box, placed, random_pose, world
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.known_ground import KnownGround, KnownObstacle
@@ -20,6 +19,7 @@ from touchline.services.planner.free_space.reachability import Proof, Reachabili
 from touchline.services.planner.free_space.slices import Slicer
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.goal_plan import plan_to_goal
+from touchline_research.obstacles.free_worlds import box, placed, random_pose, world
 
 OUTLINE = Vehicle().body.footprint_m
 YARD = ((0.0, 0.0), (12.0, 0.0), (12.0, 12.0), (0.0, 12.0))

@@ -10,6 +10,7 @@ from rich.table import Table
 from touchline.cli.coverage_study_output import coverage_study
 from touchline.cli.display import print_line, print_table, progress_bar, say
 from touchline.cli.network_study_output import network_study
+from touchline.cli.obstacles_study_output import obstacles_study
 from touchline.cli.options import ExitCode, JsonOption
 from touchline.cli.study_output import StudyPlaces
 from touchline.cli.tracking_study_output import tracking_study
@@ -25,7 +26,7 @@ def register(app: typer.Typer) -> None:
     app.command("study")(study)
 
 
-Subject = Literal["marking", "coverage", "tracking", "network"]
+Subject = Literal["marking", "coverage", "tracking", "network", "obstacles"]
 
 
 def study(
@@ -33,7 +34,7 @@ def study(
         Subject,
         typer.Argument(
             help="Study: line marking, covering a field with a roller, cubic paths and trajectory tracking, "
-            "or a network of robots."
+            "a network of robots, or obstacles."
         ),
     ] = "marking",
     out: Annotated[
@@ -50,12 +51,12 @@ def study(
         typer.Option(
             "--quick",
             help="Smaller study. Marking: pitch only, a fifth of the pairs; coverage: one seed; tracking: few goals; "
-            "network: ten robots for 40 s, one seed.",
+            "network: ten robots for 40 s, one seed; obstacles: few lines and goals.",
         ),
     ] = False,
     seeds: Annotated[int, typer.Option(metavar="N", min=1, max=1000, help="Coverage, network: number of seeds.")] = 3,
     plots: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Tracking, network: write pictures to this folder.")
+        Path | None, typer.Option(metavar="FOLDER", help="Tracking, network, obstacles: write pictures to this folder.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -66,6 +67,9 @@ def study(
         return
     if subject == "network":
         network_study(seeds, StudyPlaces(out, plots), quick=quick, as_json=as_json)
+        return
+    if subject == "obstacles":
+        obstacles_study(StudyPlaces(out, plots), quick=quick, as_json=as_json)
         return
     if subject == "coverage":
         coverage_study(1 if quick else seeds, out, as_json=as_json)

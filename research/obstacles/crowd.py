@@ -1,7 +1,8 @@
-"""Adversaries of a robot's protection: people who walk at random, aim at the robot, or step out ahead of it.
+"""Crowd round a robot: people who walk at random, aim at the robot, or step out ahead of it.
 
-The robot drives along x with the product's own kernels of protection; its actuators have a lag. People are discs, seen
-all round as points on their outline. A person who touches the robot is moved away, so that others have their turn.
+The robot drives along x with the product's own kernels of protection, or by zones; its actuators have a lag. People are
+discs, seen all round as points on their outline. A person who touches the robot is moved away, so that others have
+their turn.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from touchline.onboard.protection.protector import Protector
 from touchline.onboard.protection.stopping import CREPT_MPS
 from touchline.onboard.protection.way import CLEAR, find_stop, lay_straight, watch_way
 from touchline.schemas.vehicles import Vehicle
+from touchline_research.obstacles.speed_zones import NO_ZONES, OWN_RULE, SpeedZones, watch_zones
 
 Floats = NDArray[np.float64]
 
@@ -34,9 +36,13 @@ PEOPLE: Final = 16
 """Most people in a world."""
 OUTLINE: Final = 36
 """Points of a person's outline that the lidar sees."""
+SCAN_TICKS: Final = 10
+"""Time from scan to scan."""
 DELAY_TICKS: Final = 2
 """Time after which a command reaches the actuators: as much as protection allows for."""
 WALKER, INTERCEPTOR, STEPPER = range(3)
+EIGHT: Final = (WALKER, INTERCEPTOR, STEPPER, WALKER, INTERCEPTOR, STEPPER, INTERCEPTOR, STEPPER)
+"""People of whom three aim at the robot and three step out ahead of it."""
 _AWAY_M: Final = 4.0
 _AHEAD_M, _SIDE_M = 18.0, 6.0  # half the sides of the area round the robot in which people are
 _STEP_LIMIT_MPS2: Final = 3.0
@@ -61,7 +67,6 @@ class Crowd(Record):
     """Distance by which the lidar sees people farther away than they are."""
     blind_rad: float
     """Sector behind the robot that the lidar does not see."""
-    scan_ticks: int = 10
     lag_s: float
     """Time constant of the true actuators, and their deceleration."""
     braking_mps2: float
@@ -70,6 +75,8 @@ class Crowd(Record):
     """Speed that it drives at where nothing is in its way."""
     pause_ticks: int
     """Time for which the way has to be clear before the robot drives on after a stop."""
+    line_m: float = math.inf
+    """Way after which it has arrived."""
 
     time_s: float
     robot_x_m: float
@@ -205,35 +212,72 @@ def _enter_contacts(crowd: Sequence[Crowd], computer: Computer, body: Floats, mi
 
 
 @kernel
-def meet(crowd: Sequence[Crowd], computer: Computer, body: Floats, ticks: int, seed: int) -> None:
-    """Let a robot drive among people for a time.
+def take_scan(computer: Computer, body: Floats, zones: SpeedZones, points: Floats) -> None:
+    """Take the hits of a scan, by zones or by the robot's own protection.
+
+    Args:
+        computer: (1,) state of the robot's computer, with its pose; its way is updated.
+        body: (k, 2) outline of the robot.
+        zones: Zones of the robot.
+        points: (n, 2) hits, map frame [m].
+    """
+    if zones.kind != NO_ZONES:
+        watch_zones(computer, zones, body, points)
+        return
+    none = np.zeros((0, 2))
+    computer[0].way.scan_tick = computer[0].times.tick
+    lay_straight(computer)
+    measure_clearances(computer, body, HitArrays(points, none, none), 5.0)
+    find_stop(computer)
+
+
+@kernel
+def take_scans(computer: Computer, body: Floats, zones: SpeedZones, points: Floats, count: int) -> None:
+    """Take a scan many times over, and watch the way in the ticks after each, for measurements of time.
+
+    Args:
+        computer: (1,) state of the robot's computer, with its pose; its way is updated.
+        body: (k, 2) outline of the robot.
+        zones: Zones of the robot.
+        points: (n, 2) hits, map frame [m].
+        count: Number of scans.
+    """
+    for _ in range(count):
+        take_scan(computer, body, zones, points)
+        if zones.kind == NO_ZONES:
+            for _ in range(SCAN_TICKS):
+                watch_way(computer)
+
+
+@kernel
+def meet(crowd: Sequence[Crowd], computer: Computer, body: Floats, zones: SpeedZones, ticks: int) -> None:
+    """Let a robot drive among people for a time, or until it arrives.
 
     Args:
         crowd: (1,) people and robot, updated.
         computer: (1,) state of the robot's computer, with the figures of its protection; updated.
         body: (k, 2) outline of the robot.
+        zones: Zones by which it drives, instead of its protection.
         ticks: Duration.
-        seed: Seed of all that is random.
     """
     c, state = crowd[0], computer[0]
-    c.seed = seed
-    points, middle, none = np.zeros((PEOPLE * OUTLINE, 2)), np.zeros((1, 2)), np.zeros((0, 2))
+    points, middle = np.zeros((PEOPLE * OUTLINE, 2)), np.zeros((1, 2))
     state.buffer.accel_mps2 = math.nan
     for i in range(c.count):
         _place(crowd, i)
     for tick in range(ticks):
+        if c.robot_x_m >= c.line_m:
+            break
         c.time_s += TICK_S
         state.times.tick = tick
         pose = state.filter.states[tick % m.RING]
         pose[:] = 0.0
         pose[m.EAST], pose[m.SPEED] = c.robot_x_m, c.robot_mps
-        if tick % c.scan_ticks == 0:
+        if tick % SCAN_TICKS == 0:
             seen = _see(crowd, points)
-            state.way.scan_tick = tick
-            lay_straight(computer)
-            measure_clearances(computer, body, HitArrays(points[:seen], none, none), 5.0)
-            find_stop(computer)
-        watch_way(computer)
+            take_scan(computer, body, zones, points[:seen])
+        if zones.kind == NO_ZONES:
+            watch_way(computer)
         _drive(crowd, computer)
         for i in range(c.count):
             _walk(crowd, i)
@@ -248,14 +292,21 @@ class Met(NamedTuple):
         behind: Those of them from where its lidar does not see.
         standing: Contacts of people with the robot at rest.
         closest_m: Least distance of a person while it moved.
-        mean_mps: Mean speed of the robot.
+        way_m: Way of the robot.
+        time_s: Its time.
     """
 
     moving: int
     behind: int
     standing: int
     closest_m: float
-    mean_mps: float
+    way_m: float
+    time_s: float
+
+    @property
+    def mean_mps(self) -> float:
+        """Mean speed of the robot."""
+        return self.way_m / self.time_s
 
 
 def protected(vehicle: Vehicle, grip: float = 0.6) -> ComputerState:
@@ -270,19 +321,27 @@ def protected(vehicle: Vehicle, grip: float = 0.6) -> ComputerState:
     return computer
 
 
-def meet_people(vehicle: Vehicle, computer: ComputerState, kinds: Sequence[int], minutes: float, **more: float) -> Met:
+def meet_people(
+    vehicle: Vehicle,
+    computer: ComputerState,
+    kinds: Sequence[int],
+    minutes: float,
+    zones: SpeedZones = OWN_RULE,
+    **more: float,
+) -> Met:
     """Let a robot drive among people.
 
     Args:
         vehicle: The robot.
         computer: State of its computer, from `protected`, perhaps with other figures.
         kinds: WALKER, INTERCEPTOR or STEPPER for each person.
-        minutes: Duration.
-        more: Fields of `Crowd`, and `seed`.
+        minutes: Duration; less if it arrives.
+        zones: Zones by which it drives, instead of its protection.
+        more: Fields of `Crowd`.
     """
-    seed = int(more.pop("seed", 1))
     drive = drive_of(vehicle)
     crowd = Crowd()
+    crowd.seed = 1
     crowd.count = len(kinds)
     crowd.kinds[: len(kinds)] = kinds
     crowd.fastest_mps, crowd.lag_s = 1.5, drive.lag_s
@@ -291,5 +350,5 @@ def meet_people(vehicle: Vehicle, computer: ComputerState, kinds: Sequence[int],
     for name, value in more.items():
         setattr(crowd, name, value)
     ticks = round(minutes * 60.0 / TICK_S)
-    meet(crowd.array, computer.array, np.array(vehicle.body.footprint_m), ticks, seed)
-    return Met(crowd.moving, crowd.behind, crowd.standing, crowd.closest_m, crowd.way_m / crowd.time_s)
+    meet(crowd.array, computer.array, np.array(vehicle.body.footprint_m), zones, ticks)
+    return Met(crowd.moving, crowd.behind, crowd.standing, crowd.closest_m, crowd.way_m, crowd.time_s)
