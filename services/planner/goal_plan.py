@@ -14,6 +14,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.chosen_plugin import chosen
 from touchline.services.planner.driven_part import DrivenPart
 from touchline.services.planner.free_space.ground_method import GroundMethod
+from touchline.services.planner.free_space.ground_ways import EVERYWHERE, WaySearch
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, joined
 from touchline.services.planner.given_pose import POSE_MAX, START, pose_of
 from touchline.services.planner.plan import Plan, finished
@@ -48,6 +49,7 @@ def plan_to_goal(
     options: PlanOptions,
     leaving: LeavingTrajectory | None = None,
     ground: KnownGround = OPEN_GROUND,
+    search: WaySearch = EVERYWHERE,
 ) -> Plan:
     """Plan a trajectory from the start in the options to a goal, from rest to rest, or from amid another drive.
 
@@ -61,13 +63,15 @@ def plan_to_goal(
         options: Start and limits; by default the vehicle's.
         leaving: Trajectory that the robot is driving, instead of a start.
         ground: Boundary and obstacles, which the body keeps `margin_m` of the options off.
+        search: What is looked for.
 
     Raises:
         PlanningError: The start, the goal or an option cannot be met.
     """
     traveller, method = Traveller.of(vehicle, options), _method(goal, _law(goal))
+    traveller = replace(traveller, can_reverse=traveller.can_reverse and search.backs)
     if ground != OPEN_GROUND:
-        method = GroundMethod(method, ground, vehicle.body.footprint_m, options.margin_m)
+        method = GroundMethod(method, ground, vehicle.body.footprint_m, options.margin_m, search)
     if leaving is not None and len(options.start):
         raise PlanningError("", "has a start and a drive to leave", "give options.start or leaving")
     if leaving is None:
@@ -88,19 +92,24 @@ def _from_drive(
     if not end.speed_mps:
         return kept.then(_from_rest(end.pose, goal, method, traveller))
     stopped = kept.then(leg.stopped(kept_to_m, vehicle))
-    offers = [stopped.then(_from_rest(leg.end_of(stopped).pose, goal, method, traveller))]
     law = _law(goal)
     fastest = law is None and not goal.duration_s
+    offers = list[DrivenPart]()
     if leg.direction > 0 and fastest and isinstance(_method(goal, law), G2Path):
         offers += [kept.then(moving) for moving in _moving(end, goal, method, traveller)]
+    try:
+        offers.insert(0, stopped.then(_from_rest(leg.end_of(stopped).pose, goal, method, traveller)))
+    except PlanningError:
+        if not offers:
+            raise
     return min(offers, key=lambda each: each.speeds.total_time_s)
 
 
 def _moving(start: CurveEnd, goal: PoseGoal, method: PoseMethod, traveller: Traveller) -> Iterator[DrivenPart]:
     """Quickest drive to the goal that can be entered at the current speed, if there is one."""
     aimed = _goal(goal)
-    offers = G2Path().moving(start, aimed, traveller)
-    for offer in method.free(offers, start.pose, aimed) if isinstance(method, GroundMethod) else offers:
+    moving = method.moving if isinstance(method, GroundMethod) else G2Path().moving
+    for offer in moving(start, aimed, traveller):
         sections = [Section(TRANSITION, offer.path)]
         sent = _sent(sections, traveller)
         speeds = speed_profile(course(sections, sent, (), traveller.limits), (), traveller.limits, start.speed_mps)

@@ -8,7 +8,8 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.known_ground import KnownGround
 from touchline.services.planner.free_space.convex_parts import Corner
 from touchline.services.planner.free_space.curve_search import curve_way
-from touchline.services.planner.free_space.ground_ways import GroundWays, ways_over
+from touchline.services.planner.free_space.ground_ways import EVERYWHERE, GroundWays, WaySearch, ways_over
+from touchline.services.planner.free_space.joined_ways import joining_paths
 from touchline.services.planner.free_space.rounded_legs import path_is_free, rounded
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.poses.dubins_paths import with_heading
@@ -16,13 +17,21 @@ from touchline.services.planner.poses.g2_path import G2Path, paths_by_g2
 from touchline.services.planner.poses.pose_method import PoseMethod, PosePath, heading_note
 from touchline.services.planner.poses.rest_to_rest import rest_to_rest_s
 from touchline.services.planner.poses.traveller import TURN_SHARES, Traveller
+from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.turns import ContinuousTurn
 
 
 class GroundMethod:
     """Path of a pose method where that is free, else by straights and turns round what obstructs it."""
 
-    def __init__(self, inner: PoseMethod, ground: KnownGround, outline: Sequence[Corner], margin_m: float) -> None:
+    def __init__(
+        self,
+        inner: PoseMethod,
+        ground: KnownGround,
+        outline: Sequence[Corner],
+        margin_m: float,
+        search: WaySearch = EVERYWHERE,
+    ) -> None:
         """Take a method and the ground.
 
         Args:
@@ -30,12 +39,14 @@ class GroundMethod:
             ground: Boundary and obstacles.
             outline: (n, 2) corners of the body, in its own frame (m).
             margin_m: Margin round the body; it is reduced where start or goal leave less.
+            search: What is looked for.
         """
+        self._search = search
         self._inner, self._ground, self._outline, self._margin_m = inner, ground, outline, margin_m
 
     def between(self, start: PathPose, goal: PathPose, traveller: Traveller) -> PosePath:
         """Plan the path; see `PoseMethod`."""
-        ways = ways_over(self._ground, self._outline, self._margin_m, (start, goal))
+        ways = self._ways(start, goal, traveller)
         offered = self._inner.between(start, goal, traveller)
         if path_is_free(offered.path, ways.body):
             return offered
@@ -44,19 +55,37 @@ class GroundMethod:
                 "", "has a goal to which the path of its method is obstructed", "give the method g2, which goes round"
             )
         path = _round_obstacles(start, goal, traveller, ways)
-        turned = goal.heading_rad != goal.heading_rad
-        note = heading_note(path.end.heading_rad, "that of the way round obstacles") if turned else ""
-        return PosePath(path, note)
+        return PosePath(path, _heading_note(path, goal))
 
-    def free(self, offers: Sequence[PosePath], start: PathPose, goal: PathPose) -> list[PosePath]:
-        """Those of some paths from a start to a goal that the body can drive."""
-        body = ways_over(self._ground, self._outline, self._margin_m, (start, goal)).body
-        return [offer for offer in offers if path_is_free(offer.path, body)]
+    def moving(self, start: CurveEnd, goal: PathPose, traveller: Traveller) -> list[PosePath]:
+        """Free paths by method g2 from amid a drive to rest at a goal, the quickest first: direct, else round things.
+
+        Those round things join the way from rest without a stop.
+        """
+        ways = self._ways(start.pose, goal, traveller)
+        offers = [offer for offer in G2Path().moving(start, goal, traveller) if path_is_free(offer.path, ways.body)]
+        if offers or not traveller.can_spin:
+            return offers
+        try:
+            way = _round_obstacles(start.pose, goal, traveller, ways)
+        except PlanningError:
+            return []
+        note = _heading_note(way, goal)
+        return [PosePath(path, note) for path in joining_paths(start, way, traveller, ways.body)]
+
+    def _ways(self, start: PathPose, goal: PathPose, traveller: Traveller) -> GroundWays:
+        search = self._search._replace(backs=traveller.can_reverse)
+        return ways_over(self._ground, self._outline, self._margin_m, (start, goal), search)
+
+
+def _heading_note(path: PiecePath, goal: PathPose) -> str:
+    turned = goal.heading_rad != goal.heading_rad
+    return heading_note(path.end.heading_rad, "that of the way round obstacles") if turned else ""
 
 
 def _round_obstacles(start: PathPose, goal: PathPose, traveller: Traveller, ways: GroundWays) -> PiecePath:
     limits = traveller.limits
-    if traveller.can_spin and traveller.can_reverse:
+    if traveller.can_spin:
         speeds = (share * limits.transit_speed_mps for share in sorted(TURN_SHARES, reverse=True))
         turns = [ContinuousTurn(*turn) for turn in map(limits.turn_at, speeds) if turn[0] > 0.0]
         offers = [rounded(ways.legs(start, goal), turns, ways.body)]

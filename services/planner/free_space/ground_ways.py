@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property, lru_cache
-from typing import Final
+from typing import Final, NamedTuple
 
 import shapely
 
@@ -39,6 +39,23 @@ ROOM_M: Final = 0.25
 GROUNDS_KEPT: Final = 8
 
 
+class WaySearch(NamedTuple):
+    """Extent of a search for a way.
+
+    Attributes:
+        backs: True if the body may drive backward, if its vehicle can.
+        thorough: True to look everywhere, and to prove that there is no way; False to look at roadmaps only.
+        spare_share: Share of the distance of start or goal from things that the margin is reduced to, if it is more.
+    """
+
+    backs: bool = True
+    thorough: bool = True
+    spare_share: float = SPARE_SHARE
+
+
+EVERYWHERE: Final = WaySearch()
+
+
 class GroundWays:
     """Ways of one body over one ground; its maps are made when they are needed, and kept.
 
@@ -47,18 +64,29 @@ class GroundWays:
         body: The body with its margin among the walls.
     """
 
-    def __init__(self, ground: ObstructedGround, outline: Sequence[Corner], margin_m: float) -> None:
+    def __init__(
+        self,
+        ground: ObstructedGround,
+        outline: Sequence[Corner],
+        margin_m: float,
+        *,
+        backs: bool = True,
+        thorough: bool = True,
+    ) -> None:
         """Take a ground and a body.
 
         Args:
             ground: The ground.
             outline: (n, 2) corners of the body, in its own frame (m).
             margin_m: Margin round the body.
+            backs: As of `WaySearch`.
+            thorough: As of `WaySearch`.
         """
+        self._thorough = thorough
         self.margin_m = margin_m
         self._ground, self._outline = ground, outline
         self._parts = body_parts(outline, margin_m)
-        self.body = WalledBody.of(ground, self._parts)
+        self.body = WalledBody.of(ground, self._parts, backs=backs)
 
     @cached_property
     def roadmap(self) -> Roadmap:
@@ -88,6 +116,8 @@ class GroundWays:
         if found is None or found.length_m > DETOUR * apart_m + self.body.reach_m:  # there may be one through a door
             ways = [way for way in (found, self._finer_roadmap.way(start, goal)) if way is not None]
             found = min(ways, key=lambda way: way.length_m, default=None)
+        if found is None and not (self._thorough and self.body.backs):
+            raise PlanningError("", "has a goal to which no way was found, though one may exist", "give another goal")
         if found is None:
             self.refuse_unreachable(start, goal)
             found = way_through_slices(self._reachability, start, goal, self.body, SEARCHED_MAX)
@@ -111,7 +141,8 @@ class GroundWays:
 
     @cached_property
     def _wider(self) -> GroundWays:
-        return GroundWays(self._ground, self._outline, self.margin_m + ROOM_M)
+        margin_m = self.margin_m + ROOM_M
+        return GroundWays(self._ground, self._outline, margin_m, backs=self.body.backs, thorough=self._thorough)
 
     def refuse_unreachable(self, start: PathPose, goal: PathPose) -> None:
         """Refuse a goal for which no way of the body is proved to exist, even of one that may reverse.
@@ -140,7 +171,13 @@ class GroundWays:
         )
 
 
-def ways_over(known: KnownGround, outline: Sequence[Corner], margin_m: float, ends: Sequence[PathPose]) -> GroundWays:
+def ways_over(
+    known: KnownGround,
+    outline: Sequence[Corner],
+    margin_m: float,
+    ends: Sequence[PathPose],
+    search: WaySearch,
+) -> GroundWays:
     """Ways over known ground, with a margin that start and goal leave.
 
     Args:
@@ -148,6 +185,7 @@ def ways_over(known: KnownGround, outline: Sequence[Corner], margin_m: float, en
         outline: (n, 2) corners of the body, in its own frame (m).
         margin_m: Margin round the body; it is reduced if an end is nearer to something.
         ends: Start and goal.
+        search: What is looked for.
 
     Raises:
         PlanningError: The body touches something at an end.
@@ -155,8 +193,8 @@ def ways_over(known: KnownGround, outline: Sequence[Corner], margin_m: float, en
     around = () if known.boundary else tuple((pose.x_m, pose.y_m) for pose in ends)
     for pose, name in zip(ends, ("start", "goal"), strict=True):
         if not math.isnan(pose.heading_rad):
-            margin_m = min(margin_m, SPARE_SHARE * _spare_m(known, around, tuple(outline), pose, name))
-    return _ways(known, around, tuple(outline), margin_m)
+            margin_m = min(margin_m, search.spare_share * _spare_m(known, around, tuple(outline), pose, name))
+    return _ways(known, around, tuple(outline), margin_m, search)
 
 
 @lru_cache(GROUNDS_KEPT)
@@ -167,8 +205,11 @@ def _obstructed(known: KnownGround, around: tuple[Corner, ...]) -> ObstructedGro
 
 
 @lru_cache(GROUNDS_KEPT)
-def _ways(known: KnownGround, around: tuple[Corner, ...], outline: tuple[Corner, ...], margin_m: float) -> GroundWays:
-    return GroundWays(_obstructed(known, around), outline, margin_m)
+def _ways(
+    known: KnownGround, around: tuple[Corner, ...], outline: tuple[Corner, ...], margin_m: float, search: WaySearch
+) -> GroundWays:
+    ground = _obstructed(known, around)
+    return GroundWays(ground, outline, margin_m, backs=search.backs, thorough=search.thorough)
 
 
 def _spare_m(

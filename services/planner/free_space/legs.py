@@ -49,17 +49,30 @@ def legs_length(places: Floats) -> float:
 
 
 class WalledBody(NamedTuple):
-    """A body, in convex parts, among walls; see `body_sweeps.swept_free`."""
+    """A body, in convex parts, among walls; see `body_sweeps.swept_free`.
+
+    Attributes:
+        corners, sizes: Its convex parts.
+        walls: Edges of the obstructed ground.
+        ground: The ground.
+        backs: True if it may drive backward.
+    """
 
     corners: Floats
     sizes: Ints
     walls: Floats
     ground: ObstructedGround
+    backs: bool = True
 
     @classmethod
-    def of(cls, ground: ObstructedGround, parts: Sequence[Floats]) -> WalledBody:
+    def of(cls, ground: ObstructedGround, parts: Sequence[Floats], *, backs: bool = True) -> WalledBody:
         """Body of these convex parts on a ground."""
-        return cls(np.concatenate(parts), np.array([len(each) for each in parts]), ground.walls, ground)
+        return cls(np.concatenate(parts), np.array([len(each) for each in parts]), ground.walls, ground, backs)
+
+    @property
+    def senses(self) -> tuple[float, ...]:
+        """Directions in which it may drive: forward 1.0, backward −1.0."""
+        return (1.0, -1.0) if self.backs else (1.0,)
 
     @property
     def reach_m(self) -> float:

@@ -76,5 +76,7 @@ def _gap(reachability: Reachability, start: PathPose, goal: PathPose) -> tuple[f
         shapely.shortest_line(shapely.union_all(sides[0][each]), shapely.union_all(sides[1][each]))
         for each in sides[0].keys() & sides[1].keys()
     ]
+    if not lines:  # the body is so near to something at an end that no slice there is free
+        return start.x_m, start.y_m
     middle = min(lines, key=lambda line: float(line.length)).centroid
     return float(middle.x), float(middle.y)

@@ -67,6 +67,8 @@ class Roadmap:
             edges.append(np.column_stack((a[fits], b[fits], costs, np.full(len(costs), sign))))
             edges.append(edges[-1][:, (1, 0, 2, 3)] * (1.0, 1.0, 1.0, -1.0))
         table = np.concatenate(edges)
+        if not body.backs:
+            table = table[table[:, 3] > 0.0]
         table = table[np.argsort(table[:, 0], kind="stable")]
         self._offsets = np.searchsorted(table[:, 0], np.arange(self._count + 1))
         self._targets, self._costs = table[:, 1].astype(np.int64), np.ascontiguousarray(table[:, 2])
@@ -74,10 +76,10 @@ class Roadmap:
 
     def way(self, start: PathPose, goal: PathPose) -> Legs | None:
         """Short way from a start to a goal, whose heading may be NaN for any; None if none is found."""
-        direct = [self._body.legs(np.array((_row(start), _row(goal, sign))), start, goal) for sign in (1.0, -1.0)]
+        direct = [self._body.legs(np.array((_row(start), _row(goal, sign))), start, goal) for sign in self._body.senses]
         if found := [legs for legs in direct if legs is not None]:
             return min(found, key=lambda legs: float(np.abs(legs.turns_rad).sum()))
-        entry, exit_ = self._entries(start), self._entries(goal)
+        entry, exit_ = self._entries(start, 1.0), self._entries(goal, -1.0)
         costs, before = cheapest(entry[0], self._offsets, self._targets, self._costs)
         total = costs + exit_[0]
         last = int(np.argmin(total)) if len(total) else 0
@@ -91,8 +93,8 @@ class Roadmap:
         rows += [(*self._places[self._place[b]], self._sign(a, b)) for a, b in pairwise(chain)]
         return self._body.legs(np.array([*rows, _row(goal, -exit_[1][last])]), start, goal)
 
-    def _entries(self, pose: PathPose) -> tuple[Floats, Floats]:
-        """Costs (n,) of the straights from a pose to each vertex, and their directions."""
+    def _entries(self, pose: PathPose, ahead: float) -> tuple[Floats, Floats]:
+        """Costs (n,) of the straights from a pose to each vertex, and their directions; `ahead` is that of forward."""
         costs, signs = np.full(self._count, np.inf), np.ones(self._count)
         off = np.hypot(*(self._places - (pose.x_m, pose.y_m)).T)
         near = np.argsort(off, kind="stable")[: self._nearest_places]
@@ -102,6 +104,8 @@ class Roadmap:
         if not math.isnan(pose.heading_rad):
             allowed &= here == here[_sector(np.array([pose.heading_rad]))[0]]
         for sign, heading in self._headings(ends):
+            if not self._body.backs and sign != ahead:
+                continue
             vertices = self._vertices(near, heading)
             fits = (vertices >= 0) & ~np.isnan(heading)
             fits &= allowed[_sector(heading)]

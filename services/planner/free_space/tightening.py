@@ -47,7 +47,8 @@ def _directed(legs: Legs | None, goal: PathPose, body: WalledBody) -> Legs:
     best: list[tuple[float, float, tuple[float, ...]]] = [(0.0, legs.start.heading_rad, ())]
     for k, heading in enumerate(ahead):
         offers = []
-        for sign, bit in ((1.0, 1), (-1.0, 2)):
+        for sign in body.senses:
+            bit = 1 if sign > 0.0 else 2
             aimed = heading if sign > 0.0 else heading + math.pi
             ways = [
                 (cost + _turn_cost(turn) + (STOP_RAD if signs and signs[-1] != sign else 0.0), aimed, (*signs, sign))
@@ -85,7 +86,7 @@ class _Tightening:
         i = 0
         while i < len(self.places) - 2:
             for j in range(min(len(self.places) - 1, i + AHEAD), i + 1, -1):
-                signs = (self.places[j, 2], -self.places[j, 2])
+                signs = (self.places[j, 2], -self.places[j, 2])[: len(self._body.senses)]
                 if any(self._replaced(i, j, np.array([[*self.places[j, :2], sign]])) for sign in signs):
                     break
             i += 1

@@ -20,15 +20,16 @@ class G2Path:
     def moving(self, start: CurveEnd, goal: PathPose, traveller: Traveller) -> list[PosePath]:
         """Paths from amid a drive to rest at a goal, the quickest first; continuous in curvature from the start on."""
         aimed, note = with_heading(start.pose, goal, traveller.limits.curvature_max_1pm)
-        return [PosePath(path, note) for path in _paths(start, CurveEnd(aimed, 0.0, speed_mps=0.0), traveller)]
+        return [PosePath(path, note) for path in moving_paths(start, CurveEnd(aimed, 0.0, speed_mps=0.0), traveller)]
 
 
 def paths_by_g2(start: PathPose, goal: PathPose, traveller: Traveller) -> list[PiecePath]:
     """Paths from rest to rest, with turns for several shares of the transit speed, the quickest first."""
-    return _paths(CurveEnd(start, 0.0, speed_mps=0.0), CurveEnd(goal, 0.0, speed_mps=0.0), traveller)
+    return moving_paths(CurveEnd(start, 0.0, speed_mps=0.0), CurveEnd(goal, 0.0, speed_mps=0.0), traveller)
 
 
-def _paths(start: CurveEnd, goal: CurveEnd, traveller: Traveller) -> list[PiecePath]:
+def moving_paths(start: CurveEnd, goal: CurveEnd, traveller: Traveller) -> list[PiecePath]:
+    """Paths from amid one drive to amid another, with turns for several shares of the transit speed, quickest first."""
     limits, able = traveller.limits, {REVERSING: traveller.can_reverse, SPINNING: traveller.can_spin}
     offers = {limits.turn_at(speed): speed for speed in (share * limits.transit_speed_mps for share in TURN_SHARES)}
     turns = tuple(Turns(speed, *turn, Steering(*turn)) for turn, speed in offers.items() if turn[0] > 0.0)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from touchline.jobs.goal.arrival import ReachedPose, arrival_figures, missed
+from touchline.jobs.goal.goal_rerouting import GoalRerouting
 from touchline.jobs.single.reports import estimator_figures, hash_figures, plan_figures, traversal_figures
 from touchline.jobs.single.simulation import GivenDrive, Outcome, Products, carry_out
 from touchline.schemas.digest import goal_scenario_hash
@@ -13,7 +14,7 @@ from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.setup import Setup
-from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles import ODOMETRY, Vehicle
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim.emulator import Emulator
@@ -32,6 +33,7 @@ class GoalDrive:
         plan: The plan from where the robot stood.
         outcome: Result of the drive.
         believed, true: Pose at rest, by the robot's estimate and in truth.
+        before_s: Time under way on earlier ways, before the outcome's.
     """
 
     goal: PoseGoal
@@ -39,6 +41,7 @@ class GoalDrive:
     outcome: Outcome
     believed: ReachedPose
     true: ReachedPose
+    before_s: float = 0.0
 
     @property
     def problem(self) -> str:
@@ -50,7 +53,7 @@ class GoalDrive:
     def figures(self) -> dict[str, Any]:
         """Return the figures as a JSON object."""
         report = self.outcome.report
-        taken_s = report.total_time_s
+        taken_s = self.before_s + report.total_time_s
         planned_s = self.plan.report.total_time_s
         return {
             "success": not self.problem,
@@ -107,15 +110,33 @@ def drive_to_goal(
         RecordingError: The recording cannot be written.
     """
     emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard)
+    start, taking = _standing(emulator)
+    plan = plan_from(start, goal, setup.vehicle, options, ground)
+    begun = PlanOptions.model_validate({**dict(options), "start": tuple(start)})
+    drive = GivenDrive(plan.trajectory, None, taking, PlanCause(options=begun, goal=goal, ground=ground))
+    rerouting = GoalRerouting(emulator, goal, options, ground) if emulator.onboard.perception is not None else None
+    outcome = carry_out(emulator, drive, products, progress, rerouting)
+    cause = goal_scenario_hash(setup, goal, options, ground)
+    believed, true = ReachedPose(*emulator.onboard.estimate[:3]), ReachedPose(*emulator.world.pose[:3])
+    before_s = rerouting.driven_s if rerouting is not None else 0.0
+    return GoalDrive(goal, plan, replace(outcome, scenario_hash=cause), believed, true, before_s)
+
+
+def _standing(emulator: Emulator) -> tuple[tuple[float, float, float], Taking]:
+    """Let a robot find out where it stands; one with odometry alone is told.
+
+    Returns:
+        Its pose, and how it takes a way from there.
+
+    Raises:
+        CommandRefused: It is not localized in time.
+    """
+    if emulator.vehicle.positioning == ODOMETRY:
+        pose = emulator.scenario.standing()
+        return (pose.x_m, pose.y_m, pose.heading_rad), Taking.CARRIED
     while not emulator.onboard.aligned:
         if emulator.time_s > LOST_S:
             raise CommandRefused(f"the robot is not localized within {LOST_S:g} s: give a scenario with a position fix")
         emulator.tick()
-    start = emulator.onboard.estimate[:3]
-    plan = plan_from(start, goal, setup.vehicle, options, ground)
-    begun = PlanOptions.model_validate({**dict(options), "start": tuple(start)})
-    drive = GivenDrive(plan.trajectory, None, Taking.HERE, PlanCause(options=begun, goal=goal, ground=ground))
-    outcome = carry_out(emulator, drive, products, progress)
-    cause = goal_scenario_hash(setup, goal, options, ground)
-    believed, true = ReachedPose(*emulator.onboard.estimate[:3]), ReachedPose(*emulator.world.pose[:3])
-    return GoalDrive(goal, plan, replace(outcome, scenario_hash=cause), believed, true)
+    x_m, y_m, heading_rad = emulator.onboard.estimate[:3]
+    return (x_m, y_m, heading_rad), Taking.HERE

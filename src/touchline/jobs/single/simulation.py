@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, Final, NamedTuple, Protocol, Self
 
 from touchline.core.stopwatch import Stopwatch
 from touchline.jobs.recording.payload_recorder import PayloadRecorder
@@ -142,6 +142,8 @@ class Products:
 
 
 _REPORT_ALONE = Products()
+REPLACED: Final = "another trajectory has taken over under way"
+"""Reason of the end of a drive that was replaced."""
 
 
 class GivenDrive(NamedTuple):
@@ -214,6 +216,9 @@ class Rerouting(Protocol):
     def gives_up(self) -> str:
         """Return why the present drive ends where the robot stands; "" to go on. Asked ten times a second."""
 
+    def replacement(self) -> GivenDrive | None:
+        """Return a drive that takes over under way from the present one; None: go on. Asked after `gives_up`."""
+
     def next_drive(self) -> GivenDrive | None:
         """Return the drive after one that has ended, from where the robot stands; None: that was the last."""
 
@@ -273,8 +278,20 @@ def carry_out(
                 listener.hear("", telemetry.news())
 
         def look() -> None:
-            if rerouting is not None and (why := rerouting.gives_up()):
+            if rerouting is None:
+                return
+            if why := rerouting.gives_up():
                 emulator.abort(why)
+                told()
+            elif (other := rerouting.replacement()) is not None:
+                replaced = Outcome(*telemetry.reports(), REPLACED, 0.0, None, ())
+                try:
+                    _take(emulator, other)
+                except CommandRefused:  # later it may
+                    return
+                done.append(replaced)
+                listener.hear("", telemetry.loaded(other.trajectory, other.template))
+                rerouting.begins(other, told)
                 told()
 
         listener.hear("", before)
@@ -302,7 +319,8 @@ def carry_out(
 
 
 def _take(emulator: Emulator, drive: GivenDrive) -> None:
-    emulator.check_load()
+    if drive.taking is not Taking.UNDER_WAY:
+        emulator.check_load()
     emulator.take(emulator.prepare(drive.trajectory, drive.template, taking=drive.taking, cause=drive.cause))
 
 

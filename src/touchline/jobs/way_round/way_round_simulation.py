@@ -103,6 +103,10 @@ class WayRoundDrives:
         self._following = _drive(request, planned)
         return self.way_round.breaks_off(request, planned.report.left_out)
 
+    def replacement(self) -> GivenDrive | None:
+        """See `Rerouting`: this robot goes round things from where it stands."""
+        return None
+
     def next_drive(self) -> GivenDrive | None:
         """See `Rerouting`: the way round, and after the last line, once, back to what was left out."""
         self.works.append(Work(self._emulator.ledger, self._emulator.track))

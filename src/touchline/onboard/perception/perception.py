@@ -131,6 +131,11 @@ class Perception:
         return self.known.newly_missing(self.grid, time_s)
 
     @property
+    def scans(self) -> list[tuple[LidarSpec, Beams]]:
+        """Data sheet and last scan of every lidar that has made one."""
+        return [(each.spec, each.beams) for each in self._lidars.values() if each.hits is not None]
+
+    @property
     def hits(self) -> Hits | None:
         """Hits of the last scan of every lidar; None until each has made one."""
         each = [lidar.hits for lidar in self._lidars.values()]

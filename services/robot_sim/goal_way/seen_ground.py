@@ -1,0 +1,209 @@
+"""Ground as a robot has seen it on its way to a goal: where returns were, and where beams passed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final, NamedTuple, Self
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from touchline.core.jit import borrowing, kernel
+from touchline.core.robust_overlay import as_area, buffer
+from touchline.onboard.perception.scan import KNOWN, NOTHING, THING, UNUSABLE, Beams
+from touchline.schemas.known_ground import KnownGround, KnownObstacle, Ring
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+CELL_M: Final = 0.04
+SIDE: Final = 1024
+"""Cells of a side, a power of two: the ground is remembered up to 20 m from the robot."""
+_MASK: Final = SIDE - 1
+OCCUPIED: Final = 2
+"""Evidence from which a cell is occupied: that of one scan with a return."""
+_MOST: Final = 6
+_NEWER: Final = 0.2
+"""Share of the newest return in the mean place of a cell's."""
+_RETURN: Final = 2
+FREE: Final = -1
+"""Evidence of a cell that beams have passed."""
+FADED_S: Final = 60.0
+"""Time after which a return that was not seen again may be forgotten."""
+_KNOWN_M: Final = 0.1
+"""Distance from a known outline within which returns are its own."""
+_SIMPLIFIED_M: Final = 0.01
+_POINT_M: Final = 0.015
+"""Radius of a return."""
+_CLOSED_M: Final = 0.06
+"""Half of the largest gap between returns that is taken to be closed."""
+_BEFORE_RETURN_M: Final = 1.5 * CELL_M
+
+
+class _Cells(NamedTuple):
+    """Cells round the robot, each at its place on the map modulo SIDE.
+
+    Attributes:
+        corner: (2,) lower left corner, cells from the map's origin.
+        evidence: (SIDE, SIDE) evidence of things; negative where beams have passed.
+        seen_tick: (SIDE, SIDE) tick of the last return.
+        marks: (SIDE, SIDE) number of the last scan with a return, or a beam that passed.
+        place_m: (SIDE, SIDE, 2) mean place of the last returns.
+    """
+
+    corner: Integers
+    evidence: Integers
+    seen_tick: Integers
+    marks: Integers
+    place_m: Floats
+
+    @classmethod
+    def unknown(cls) -> Self:
+        """Return cells of which nothing is known."""
+        evidence, seen_tick, marks = (np.zeros((SIDE, SIDE), np.int64) for _ in range(3))
+        return cls(np.zeros(2, np.int64), evidence, seen_tick, marks, np.zeros((SIDE, SIDE, 2)))
+
+
+@kernel
+def _move(cells: _Cells, x: int, y: int) -> None:
+    """Move the lower left corner; cells that come in are unknown."""
+    corner = cells.corner
+    if x == corner[0] and y == corner[1]:
+        return
+    for i in range(x, x + SIDE):
+        for j in range(y, y + SIDE):
+            if not (corner[0] <= i < corner[0] + SIDE and corner[1] <= j < corner[1] + SIDE):
+                cells.evidence[i & _MASK, j & _MASK] = 0
+    corner[0], corner[1] = x, y
+
+
+@borrowing
+def _enter_scan(beams: Beams, counts: Flags, free_m: float, tick: int, scan: int, cells: _Cells) -> None:
+    """Enter a scan: cells with returns gain evidence, those that beams pass lose some."""
+    x, y = cells.corner[0], cells.corner[1]
+    for b in range(len(beams.kind)):
+        if counts[b]:
+            i, j = math.floor(beams.points_m[b, 0] / CELL_M), math.floor(beams.points_m[b, 1] / CELL_M)
+            if x <= i < x + SIDE and y <= j < y + SIDE:
+                i, j = i & _MASK, j & _MASK
+                share = 1.0 if cells.evidence[i, j] <= 0 else _NEWER
+                for k in range(2):
+                    cells.place_m[i, j, k] += share * (beams.points_m[b, k] - cells.place_m[i, j, k])
+                if cells.marks[i, j] != scan:
+                    cells.evidence[i, j] = min(max(cells.evidence[i, j], 0) + _RETURN, _MOST)
+                    cells.marks[i, j], cells.seen_tick[i, j] = scan, tick
+    for b in range(len(beams.kind)):
+        if beams.kind[b] == UNUSABLE:
+            continue
+        far_m = free_m if beams.kind[b] == NOTHING else beams.range_m[b] - _BEFORE_RETURN_M
+        ray = beams.rays[b]
+        for k in range(1, int(min(far_m, free_m) / CELL_M)):
+            i = math.floor(ray[0] / CELL_M + k * ray[2])
+            j = math.floor(ray[1] / CELL_M + k * ray[3])
+            if not (x <= i < x + SIDE and y <= j < y + SIDE):
+                break
+            i, j = i & _MASK, j & _MASK
+            if cells.marks[i, j] != scan:
+                cells.marks[i, j] = scan
+                cells.evidence[i, j] = max(cells.evidence[i, j] - 1, FREE)
+
+
+class SeenGround:
+    """Returns of things that the plan does not know, and ground that was seen as free, in cells of the map.
+
+    Args:
+        known: Ground that the plan knows: returns beside its outlines are no news.
+    """
+
+    def __init__(self, known: KnownGround) -> None:
+        self._cells, self._scans = _Cells.unknown(), 0
+        outlines = [shapely.Polygon(each.corners, each.holes) for each in known.obstacles]
+        rings = [] if known.boundary is None else [shapely.LinearRing(known.boundary)]
+        self._explained = shapely.union_all([each.buffer(_KNOWN_M) for each in (*outlines, *rings)])
+        shapely.prepare(self._explained)
+
+    def enter(self, beams: Beams, free_m: float, tick: int) -> None:
+        """Enter a scan.
+
+        Args:
+            beams: The scan, with its kinds.
+            free_m: Range up to which a beam without a return was free.
+            tick: Present tick.
+        """
+        self._scans += 1
+        last = beams.rays[-1]
+        # The corner moves in steps, as whole rows and columns are cleared.
+        x, y = (64 * round(float(value) / CELL_M / 64.0) - SIDE // 2 for value in last[:2])
+        _move(self._cells, x, y)
+        counts = (beams.kind == THING) | (beams.kind == KNOWN)
+        if not self._explained.is_empty:
+            counts[counts] &= ~shapely.contains_xy(self._explained, beams.points_m[counts])
+        _enter_scan(beams, counts, free_m, tick, self._scans, self._cells)
+
+    def stands_on(self, body: shapely.geometry.base.BaseGeometry) -> None:
+        """Enter the ground under the robot's body as free."""
+        i, j = (np.floor(cell_middles(body) / CELL_M).astype(np.int64) & _MASK).T
+        self._cells.evidence[i, j] = FREE
+
+    @property
+    def things_m(self) -> Floats:
+        """(n, 2) mean places of returns, one for each occupied cell."""
+        return np.ascontiguousarray(self._cells.place_m[self._cells.evidence >= OCCUPIED])
+
+    def forget(self, before_tick: int) -> None:
+        """Forget returns that were not seen again since a tick.
+
+        Args:
+            before_tick: The tick.
+        """
+        old = (self._cells.evidence >= OCCUPIED) & (self._cells.seen_tick < before_tick)
+        self._cells.evidence[old] = 0
+
+    def free(self, points_m: Floats) -> Flags:
+        """Return whether each of some points (n, 2) lies in or beside a cell that was seen as free, and on no thing."""
+        cells = np.floor(points_m / CELL_M).astype(np.int64)
+        inside = np.all((cells > self._cells.corner) & (cells < self._cells.corner + SIDE - 1), axis=1)
+        around = np.stack([self._evidence(cells + np.array((i, j))) for i in (-1, 0, 1) for j in (-1, 0, 1)])
+        found: Flags = inside & (around < 0).any(axis=0) & (self._evidence(cells) < OCCUPIED)
+        return found
+
+    def _evidence(self, cells: Integers) -> Integers:
+        i, j = (cells & _MASK).T
+        found: Integers = self._cells.evidence[i, j]
+        return found
+
+    def outlines(self, clear: shapely.Geometry) -> tuple[KnownObstacle, ...]:
+        """Return outlines of all things, in which gaps that no body fits into are closed.
+
+        Args:
+            clear: Ground without things in any case.
+        """
+        things = self.things_m
+        if not len(things):
+            return ()
+        grown = shapely.union_all(shapely.buffer(shapely.points(things), _CLOSED_M, quad_segs=3))
+        shape = as_area(buffer(as_area(grown), -_CLOSED_M + _POINT_M, quad_segs=1)).simplify(_SIMPLIFIED_M)
+        shape = as_area(shapely.difference(shape, clear))
+        parts = [part for part in shapely.get_parts(shape) if part.area > 0.0]
+        return tuple(
+            KnownObstacle(id=f"seen {number}", corners=_ring(part.exterior), holes=tuple(map(_ring, part.interiors)))
+            for number, part in enumerate(parts, 1)
+        )
+
+
+def cell_middles(area: shapely.geometry.base.BaseGeometry) -> Floats:
+    """Return the middles (n, 2) of the cells in an area."""
+    if area.is_empty:
+        return np.empty((0, 2))
+    west, south, east, north = np.floor(np.array(area.bounds) / CELL_M).astype(int).tolist()
+    places = (np.argwhere(np.ones((east - west + 1, north - south + 1))) + (west, south) + 0.5) * CELL_M
+    inside: Floats = places[shapely.contains_xy(area, places)]
+    return inside
+
+
+def _ring(line: shapely.LinearRing) -> Ring:
+    corners: Sequence[tuple[float, float]] = [(x, y) for x, y in shapely.get_coordinates(line)[:-1].tolist()]
+    return tuple(corners)

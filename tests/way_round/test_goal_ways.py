@@ -1,0 +1,91 @@
+"""Goals behind things that the plan does not know: ways are planned anew from what the lidar sees."""
+
+import math
+from itertools import pairwise
+from typing import Any
+
+from tests.way_round.met import LIDAR
+from touchline.jobs.goal.goal_simulation import GoalDrive, drive_to_goal
+from touchline.jobs.single.simulation import Products
+from touchline.schemas.catalogue import load_vehicle
+from touchline.schemas.messages import PlanOptions, PoseGoal
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
+from touchline.schemas.vehicles import Vehicle
+
+GOAL = PoseGoal(x_m=12.0, y_m=0.0, heading_rad=math.nan)
+PROTECT = {"mode": "protect"}
+
+
+def going(*objects: dict[str, Any], hashed: bool = False, **vehicle: Any) -> GoalDrive:
+    """A drive of the marker from the origin to the goal in a world with these objects."""
+    robot = Vehicle.model_validate({"name": "marker", "sensors": [LIDAR], "protection": PROTECT, **vehicle})
+    scenario = Scenario.model_validate(
+        {"seed": 5, "start": {"x_m": 0.0, "y_m": 0.0, "heading_rad": 0.0}, "objects": objects}
+    )
+    return drive_to_goal(Setup(vehicle=robot, scenario=scenario), GOAL, PlanOptions(), Products(hashed=hashed))
+
+
+def wall(*points: tuple[float, float]) -> list[dict[str, Any]]:
+    """Walls of 10 cm from point to point."""
+    walls = []
+    for (ax, ay), (bx, by) in pairwise(points):
+        length, heading = math.hypot(bx - ax, by - ay), math.atan2(by - ay, bx - ax)
+        x, y = 0.5 * length, 0.05
+        outline = [[-x, -y], [x, -y], [x, y], [-x, y]]
+        middle = {"x_m": 0.5 * (ax + bx), "y_m": 0.5 * (ay + by), "heading_rad": heading}
+        walls.append({"kind": "wall", **middle, "outline": outline})
+    return walls
+
+
+def hits(done: GoalDrive) -> int:
+    """Contacts of the moving robot."""
+    reports = [each.contacts for each in (*done.outcome.earlier, done.outcome)]
+    return sum(report.while_moving for report in reports if report is not None)
+
+
+def test_a_robot_finds_the_gap_in_a_wall() -> None:
+    done = going(*wall((6.0, -8.0), (6.0, 1.5)), *wall((6.0, 3.5), (6.0, 8.0)))
+    assert not done.problem
+    assert not hits(done)
+    assert done.outcome.earlier  # the first way led into the wall
+
+
+def test_a_robot_leaves_a_dead_end_that_it_sees_only_inside() -> None:
+    short = {**LIDAR, "max_m": 4.0, "dark_m": 4.0}
+    done = going(*wall((2.0, 2.0), (9.0, 2.0), (9.0, -2.0), (2.0, -2.0)), sensors=[short])
+    assert not done.problem
+    assert not hits(done)
+
+
+def test_a_robot_goes_on_after_a_person_who_crosses() -> None:
+    person = {"kind": "person", "name": "passer-by", "x_m": 5.0, "y_m": -6.0}
+    motion = {"kind": "path", "points": [[5.0, 8.0]], "speed_mps": 1.0, "start_s": 4.0}
+    done = going({**person, "motion": motion}, protection={"mode": "passive"})
+    assert not done.problem
+    assert not hits(done)
+
+
+def test_a_closed_room_is_told_as_no_way() -> None:
+    done = going(*wall((10.0, -2.0), (14.0, -2.0), (14.0, 2.0), (10.0, 2.0), (10.0, -2.0)))
+    assert "no way" in done.problem
+    assert not hits(done)
+
+
+def test_without_unknown_things_the_way_is_the_planned_one() -> None:
+    done = going()
+    assert not done.outcome.earlier
+
+
+def test_the_same_scenario_gives_the_same_session() -> None:
+    things = wall((6.0, -8.0), (6.0, 1.5))
+    first, second = (going(*things, hashed=True).outcome.report.session_hash for _ in range(2))
+    assert first == second != ""
+
+
+def test_a_robot_with_odometry_alone_goes_round_things() -> None:
+    jackal = load_vehicle("examples/vehicles/jackal-lidar.json").model_dump()
+    done = going(*wall((6.0, -2.0), (6.0, 2.0)), **jackal)
+    assert done.outcome.report.success
+    assert done.true.off_m(GOAL) < 0.3
+    assert not hits(done)
