@@ -1,6 +1,8 @@
 """A robot that meets what its plan does not know: it waits, goes round, comes back, and says what it left out."""
 
+from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,10 +12,15 @@ from touchline.checking.check_files import check_file
 from touchline.jobs.single.simulation import Job, Products
 from touchline.jobs.way_round.drives_report import draw_drives, gap_words
 from touchline.jobs.way_round.way_round_simulation import WayRoundDrives, WayRoundOutcome, simulate_way_round
+from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
-from touchline.services.planner.collision.checker import MARGIN_M
+from touchline.schemas.template import Polygon
+from touchline.services.planner.collision.checker import MARGIN_M, CollisionChecker
+from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.way_round.rest_request import LEFT_M
+from touchline.services.robot_sim.way_round.rest_request import LEFT_M, with_margin
+from touchline.services.robot_sim.way_round.seen_things import SeenThings
 from touchline.services.robot_sim.way_round.waiting import WaitingOrder
 
 JOB = Job.prepare(FIELD, PlanOptions(), MARKER)
@@ -101,3 +108,42 @@ def test_a_job_that_meets_nothing_has_the_usual_report() -> None:
 
 def test_a_plan_takes_the_ground_of_the_standing_robot_as_free() -> None:
     assert LEFT_M > MARGIN_M
+
+
+@dataclass
+class Shown:
+    """Robot's computer as far as things in the way are asked of it."""
+
+    estimate: tuple[float, float, float]
+    tracks: list[SimpleNamespace]
+    blocked: None = None
+
+    @property
+    def perception(self) -> SimpleNamespace:
+        return SimpleNamespace(tracks=self.tracks)
+
+
+def test_what_stood_is_remembered_until_the_robot_sees_that_it_has_gone() -> None:
+    post = SimpleNamespace(
+        moving=False, kind="post", number=1, outline_m=np.array([(9.0, 0.0), (9.2, 0.0), (9.1, 0.2), (9.0, 0.2)])
+    )
+    things = SeenThings()
+    assert [each.id for each in things.look(Shown((8.0, 0.0, 0.0), [post]), ())] == ["post 1"]
+    assert [each.id for each in things.look(Shown((-9.0, 0.0, 0.0), []), ())] == ["post 1 (1)"]
+    assert things.look(Shown((7.0, 0.0, 0.0), []), ()) == []
+    assert things.look(Shown((-9.0, 0.0, 0.0), []), ()) == []
+
+
+@pytest.mark.parametrize("hull", [[(0.7, -0.3), (1.2, -0.3), (1.2, 0.3)], [(-3, -3), (3, -3), (3, 3), (-3, 3)]])
+def test_the_ground_of_the_robot_is_open_whatever_covers_it(hull: list[tuple[float, float]]) -> None:
+    pose = (0.0, 0.0, 0.0)
+    (outline,) = with_margin([Polygon(id="thing", corners=tuple(hull))], pose, MARKER, 0.5)
+    checker = CollisionChecker.of(FIELD.model_copy(update={"obstacles": (outline,)}), MARKER)
+    assert checker is not None and not checker.touches([PathPose(*pose)])
+    assert not checker.touches([PathPose(-1.0, 0.0, 0.0)]), "it can drive back"
+
+
+def test_a_plan_from_where_the_robot_touches_something_is_refused_at_once() -> None:
+    covered = FIELD.model_copy(update={"obstacles": (Polygon(id="bin", corners=((1, -1), (2, -1), (2, 1), (1, 1))),)})
+    with pytest.raises(PlanningError, match='touches "bin"'):
+        plan(covered, MARKER, PlanOptions(start=np.array([1.0, 0.0, 0.0])))

@@ -18,7 +18,46 @@ UNTRACKED_M: Final = 0.15
 """Radius of its outline."""
 AT_M: Final = 0.3
 """Largest distance of a point in the way from the outline that it belongs to."""
+SEEN_AGAIN_M: Final = 5.0
+"""Distance from the robot within which it sees what stands there, if it still does."""
 _CORNERS: Final = 8
+
+
+class SeenThings:
+    """Things that a robot has seen on a job and its plan does not know.
+
+    One that stood is remembered until the robot comes near and does not see it any more: a robot that forgets what
+    stands at one end of the field goes to and fro between that and something at the other end.
+    """
+
+    def __init__(self) -> None:
+        self._earlier: list[Polygon] = []
+        self._count = 0
+
+    def look(self, onboard: Onboard, known: Sequence[Polygon]) -> list[Polygon]:
+        """Return what the robot sees, as `seen_things`, and what it remembers."""
+        import shapely
+
+        seen, robot = seen_things(onboard, known), shapely.Point(onboard.estimate[:2])
+        shapes = [shapely.Polygon(each.corners) for each in seen]
+        remembered = list[Polygon]()
+        for each in self._earlier:
+            shape = shapely.Polygon(each.corners)
+            if shape.distance(robot) > SEEN_AGAIN_M and not any(shape.distance(other) <= AT_M for other in shapes):
+                remembered.append(each)
+        if onboard.blocked is None or not onboard.blocked.moving:
+            named = [self._numbered(each) for each in seen]
+            self._earlier = [*remembered, *named]
+        return [*seen, *remembered]
+
+    def forget(self) -> None:
+        """Forget all that is not seen now."""
+        self._earlier = []
+
+    def _numbered(self, outline: Polygon) -> Polygon:
+        """Return an outline under a name that no other one has."""
+        self._count += 1
+        return outline.model_copy(update={"id": f"{outline.id} ({self._count})"})
 
 
 def seen_things(onboard: Onboard, known: Sequence[Polygon]) -> list[Polygon]:

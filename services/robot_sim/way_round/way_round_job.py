@@ -17,7 +17,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
 from touchline.services.robot_sim.settling import RESTING_MPS
 from touchline.services.robot_sim.way_round.rest_request import RestRequest, passing_m, with_margin
-from touchline.services.robot_sim.way_round.seen_things import seen_things, thing_in_the_way
+from touchline.services.robot_sim.way_round.seen_things import SeenThings, seen_things, thing_in_the_way
 from touchline.services.robot_sim.way_round.unpainted_lines import OPERATOR, PLAN, Gap, UnpaintedLines
 from touchline.services.robot_sim.way_round.waiting import PATIENT, Waiting, WaitingOrder
 
@@ -67,7 +67,7 @@ class WayRoundJob:
         told: Callable[[], None],
     ) -> None:
         self._emulator, self._options, self._told = emulator, options, told
-        self._trajectory, self._waiting = trajectory, Waiting(PATIENT)
+        self._trajectory, self._waiting, self._seen = trajectory, Waiting(PATIENT), SeenThings()
         self.unpainted = UnpaintedLines(template, emulator.vehicle)
         self.unpainted.note_plan(trajectory)
         known = [*([template.boundary] if template.boundary else []), *template.obstacles]
@@ -134,7 +134,7 @@ class WayRoundJob:
             return None
         pose, kept_m = onboard.estimate[:3], passing_m(vehicle, onboard.protection.braking_mps2)
         kept_m += WIDER_M * self._in_vain
-        things = seen_things(onboard, template.obstacles)
+        things = self._seen.look(onboard, template.obstacles)
         if onboard.state in UNDER_WAY:
             self._say(Said.PLANS, self._in_the_way)
         options = self._options.model_copy(update={"start": np.array(pose), "obstructed": ""})
@@ -198,6 +198,7 @@ class WayRoundJob:
             self.cancel()
         elif not self.over and self._comes_back:
             self._returning, self._passed = True, ()
+            self._seen.forget()
             if (request := self.rest()) is not None:
                 return request
         self._end()

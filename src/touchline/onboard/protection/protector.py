@@ -302,8 +302,10 @@ class Protector:
         if self._why:
             self.memory.clear_tick = tick
             return self._why
+        if tick - self.memory.clear_tick < CLEAR_TICKS:
+            return "the way has just become clear"
         self._blocked = None
-        return "" if tick - self.memory.clear_tick >= CLEAR_TICKS else "the way has just become clear"
+        return ""
 
     def _reason(self) -> str:
         way = self._way

@@ -49,9 +49,13 @@ DOUBTFUL_MPS: Final = 0.3
 """Speed at which the robot passes what may be ground."""
 _CREEPS_MPS: Final = 0.03
 """Allowed speed below which a robot that stands does not move on."""
-_OFF_AGAIN_M: Final = 0.08
-"""Clearance from things that may move, beyond what is needed, at which the robot comes to rest as planned: at the limit
-the noise of hits would not let it drive away again."""
+_OFF_AGAIN_M: Final = 0.05
+"""Clearance from things that may move, beyond what is needed and the error of hits, at which the robot comes to rest as
+planned: at the limit the noise of hits would not let it drive away again."""
+_SWING_M: Final = 0.02
+"""Distance by which a robot that leaves a thing may come nearer: its nose swings."""
+_LEFT_M: Final = 0.1
+"""Distance that it is farther away then."""
 _NEAR_SHARE: Final = 0.4
 """Poses are closer together near the robot: there their distance is this share of the mean."""
 _EXACT_M: Final = 1e-6
@@ -233,6 +237,19 @@ def _motion(computer: Computer) -> tuple[float, float, float]:
 
 
 @kernel
+def _leaves(way: WayState) -> bool:
+    """Return whether the way leads away from what is near, without coming nearer before than a nose swings."""
+    now_m = way.clear_m[0] + way.slack_m[0]
+    for j in range(1, len(way.ahead_m)):
+        there_m = way.clear_m[j] + way.slack_m[j]
+        if there_m < now_m - _SWING_M:
+            return False
+        if there_m > now_m + _LEFT_M:
+            return True
+    return False
+
+
+@kernel
 def find_stop(computer: Computer) -> None:
     """Find the place up to which the robot may come to rest with hits as old as they get, and the least room.
 
@@ -245,13 +262,17 @@ def find_stop(computer: Computer) -> None:
     off_m = _motion(computer)[2]
     grown_m = way.thing_mps * (way.late_ticks * TICK_S + way.reaction_s + way.creep_s)
     now_m = way.clear_m[0] + way.slack_m[0] - _EXACT_M
+    kept_m = max(way.margin_m + way.error_m + grown_m, now_m - _SWING_M) - _EXACT_M
+    leaves = way.thing_mps > 0.0 and _leaves(way)
     way.stop_m = way.room_m = way.fixed_room_m = math.inf
     for j in range(len(way.ahead_m)):
         needed_m = _needed_m(way, j, off_m) - _EXACT_M
         nearer = way.thing_mps > 0.0 and way.clear_m[j] + way.slack_m[j] < now_m
-        if math.isinf(way.stop_m) and (way.clear_m[j] < needed_m + grown_m or way.standing_m[j] < needed_m):
+        if leaves and way.clear_m[j] + way.slack_m[j] >= kept_m and way.standing_m[j] >= needed_m:
+            pass
+        elif math.isinf(way.stop_m) and (way.clear_m[j] < needed_m + grown_m or way.standing_m[j] < needed_m):
             way.stop_m = _before_m(way, j)
-        elif math.isinf(way.stop_m) and nearer and way.clear_m[j] < needed_m + grown_m + _OFF_AGAIN_M:
+        elif math.isinf(way.stop_m) and nearer and way.clear_m[j] < needed_m + grown_m + way.error_m + _OFF_AGAIN_M:
             way.stop_m = way.ahead_m[j - 1]
         needed_m -= off_m
         way.room_m = min(way.room_m, way.clear_m[j] - needed_m)
