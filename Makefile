@@ -7,7 +7,8 @@ STAMP := $(VENV)/.installed
 unexport PYTHONDONTWRITEBYTECODE
 # Tests of whole systems, and those that mostly wait for others or for the screen, run beside those that reckon: more of
 # them at once than there are cores. What takes longest begins first.
-TESTS := tests/system $(filter-out tests/system,$(patsubst %/,%,$(wildcard tests/*/)))
+LONGEST := tests/system tests/way_round
+TESTS := $(LONGEST) $(filter-out $(LONGEST) tests/__pycache__,$(patsubst %/,%,$(wildcard tests/*/)))
 
 # ROS 2's own tools, which are no part of the tests: wheels, and what they make.
 ROS2 := build/ros2

@@ -93,7 +93,7 @@ def _check_names(app: Sphinx, environment: BuildEnvironment) -> None:
 
 def _add_index(app: Sphinx, failure: Exception | None) -> None:
     """Make the first page the one that web servers show."""
-    if failure is None:
+    if failure is None and app.builder.format == "html":
         shutil.copy(app.outdir / "README.html", app.outdir / "index.html")
 
 

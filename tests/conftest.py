@@ -4,6 +4,7 @@ import gc
 import os
 import signal
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -47,13 +48,14 @@ _RECKONING = {
     "team",
 }
 _LATER = 15
+_HERE = Path(__file__).parent
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Let the processes of other tests go before one that only reckons; only root may come back from that."""
     if os.geteuid() == 0:
-        run_at(_LATER if _RECKONING & set(item.path.parts) else USUAL)
+        run_at(_LATER if item.path.relative_to(_HERE).parts[0] in _RECKONING else USUAL)
 
 
 # Started in the background by a shell, Python ignores Ctrl-C, and under nohup a hang-up, and hands that on to its

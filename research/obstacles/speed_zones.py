@@ -56,9 +56,12 @@ OWN_RULE: Final = SpeedZones()
 @kernel
 def _hits_in_reach(zones: SpeedZones, pose: tuple[float, float, float], body: Floats, points: Floats) -> Floats:
     """Return the LEAST_HITS least distances [m] of hits from the body, as the zones measure them, ascending."""
-    front, back, wide = body[:, 0].max(), body[:, 0].min(), np.abs(body[:, 1]).max()
+    front, back, wide, radius = -math.inf, math.inf, 0.0, 0.0
+    for i in range(len(body)):
+        front, back, wide = max(front, body[i, 0]), min(back, body[i, 0]), max(wide, abs(body[i, 1]))
     middle = 0.5 * (front + back)
-    radius = np.sqrt((body[:, 0] - middle) ** 2 + body[:, 1] ** 2).max()
+    for i in range(len(body)):
+        radius = max(radius, math.sqrt((body[i, 0] - middle) ** 2 + body[i, 1] ** 2))
     nearest = np.full(LEAST_HITS, math.inf)
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     for i in range(len(points)):

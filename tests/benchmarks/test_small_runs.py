@@ -32,8 +32,9 @@ def without(lines: tuple[str, ...], text: str) -> list[str]:
 
 LONG = frozenset(
     (
-        *("accuracy", "estimator", "fleet_recorded", "foxglove_cost", "joints", "kills", "poses", "protection"),
-        *("random_fields", "routes", "shared", "simulate", "soak", "steering", "stops", "system", "timelines"),
+        *("accuracy", "estimator", "fleet_recorded", "foxglove_cost", "joints", "kills", "lidar", "poses"),
+        *("protection", "random_fields", "routes", "shared", "simulate", "soak", "steering", "stops"),
+        *("system", "timelines"),
     )
 )
 """Those of more than four seconds."""

@@ -26,6 +26,7 @@ from touchline.schemas import topics
 from touchline.schemas.curves import Curve
 from touchline.schemas.definition_folder import write_definitions
 from touchline.schemas.messages import (
+    CommandRequest,
     FollowerStepRequest,
     FollowerStepResponse,
     GetDiagnosticsRequest,
@@ -133,9 +134,10 @@ def robot(system: System) -> Iterator[System]:
 
 
 def answers(bus: Bus) -> bool:
-    """Whether the robot does."""
+    """Whether the robot does: its process takes orders later than that of its telemetry begins to answer."""
     try:
         bus.call(topics.GET_PAINT, GetPaintRequest())
+        bus.call(topics.RESUME, CommandRequest())
     except CallError:
         return False
     return True

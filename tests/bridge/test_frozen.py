@@ -15,7 +15,7 @@ from touchline.bus import Bus, BusConfig
 from touchline.bus.config import PATIENCE_S
 from touchline.recordings.reader import read_summary
 from touchline.schemas import topics
-from touchline.schemas.messages import Event, RecordStopRequest
+from touchline.schemas.messages import Event, RecordStopRequest, RecordStopResponse
 
 #: Some of these fill every buffer on the way to who does not take them.
 LARGE = "x" * 200_000
@@ -96,14 +96,26 @@ def test_a_recording_whose_publisher_left_while_the_bridge_was_cut_off_may_lack_
     assert read_summary(tmp_path / "cut.mcap").metadata["touchline_unasked"] == {"publishers": "telemetry of tt2"}
 
 
-def test_a_publisher_that_has_left_in_order_spoils_nothing(bus_config: BusConfig, tmp_path: Path) -> None:
-    with Bus.open(topics.OPERATOR, bus_config) as operator, bridge(operator, tmp_path):
+def left_in_order(bus_config: BusConfig, folder: Path) -> tuple[RecordStopResponse, list[tuple[str, bytes]]]:
+    """What a bridge answers when it ends a recording after the publisher has left, and what that had said."""
+    folder.mkdir()
+    with Bus.open(topics.OPERATOR, bus_config) as operator, bridge(operator, folder):
         with Bus.open(topics.TELEMETRY, bus_config) as bus:
             robot = Robot(bus)
             assert not bus.wait_for({topics.BRIDGE}, 60.0)
             assert robot.record("whole.mcap").success
             said = robot.say(100)
             assert not robot.record("second.mcap").success  # refused once all that was said before it is taken
-        answer = operator.call(topics.RECORD_STOP, RecordStopRequest(request_id="stop"), 60.0)
-    assert answer.success and answer.lost == 0
-    assert contents(tmp_path / "whole.mcap") == said
+        return operator.call(topics.RECORD_STOP, RecordStopRequest(request_id="stop"), 60.0), said
+
+
+def test_a_publisher_that_has_left_in_order_spoils_nothing(bus_config: BusConfig, tmp_path: Path) -> None:
+    for attempt in range(10):
+        answer, said = left_in_order(bus_config, folder := tmp_path / str(attempt))
+        if answer.success:
+            assert answer.lost == 0
+            assert contents(folder / "whole.mcap") == said
+            return
+        # A bridge that a busy machine held up just then cannot know.
+        assert "its end may be missing" in answer.message
+    pytest.fail(answer.message)

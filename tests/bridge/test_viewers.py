@@ -24,7 +24,6 @@ from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import (
     CommandRequest,
     GetDiagnosticsRequest,
-    GetPaintRequest,
     LoadRequest,
     Obstacle,
     Obstacles,
@@ -61,17 +60,15 @@ class System:
         ]
         assert eventually(lambda: " at ws://" in self.log.read_text(encoding="utf-8")), self.log.read_text()
         self.url = self.log.read_text(encoding="utf-8").split(" at ")[1].split()[0]
-        assert eventually(self._answers, 400.0)  # after a change the robot compiles its kernels first
         load = LoadRequest(trajectory=trajectory(WAY, [0, 1, 0], speed_mps=0.8), template_json=json.dumps(TEMPLATE))
-        assert bus.call(topics.LOAD, load, 60.0).success
+        assert eventually(lambda: self._takes(load), 400.0)  # after a change the robot compiles its kernels first
         assert bus.call(topics.START, CommandRequest(), 60.0).success
 
-    def _answers(self) -> bool:
+    def _takes(self, load: LoadRequest) -> bool:
         try:
-            self.bus.call(topics.GET_PAINT, GetPaintRequest())
+            return self.bus.call(topics.LOAD, load, 60.0).success
         except CallError:
             return False
-        return True
 
     def figure(self, name: str) -> str:
         """One of the bridge's."""

@@ -136,7 +136,7 @@ def test_a_real_loop_that_does_not_turn_is_found(watch, kind):
             if kind == "stopped":
                 process.send_signal(signal.SIGSTOP)
                 assert eventually(lambda: (use := processor_use(process.pid)) is not None and not use.loop_wants)
-            assert eventually(lambda: looked(watch, process.pid) > 1.0)
+            assert eventually(lambda: looked(watch, process.pid) > 1.0, 400.0)
         finally:
             process.kill()
 
@@ -146,9 +146,12 @@ def looked(watch, pid):
     return watch.quiet_s
 
 
-@pytest.mark.skipif(not hasattr(os, "SCHED_IDLE"), reason="needs a class of processes that get next to no processor")
+@pytest.mark.skipif(not hasattr(os, "SCHED_IDLE"), reason="needs a class of processes that get little of a processor")
 def test_a_real_loop_without_a_processor_is_not_accused(watch):
-    """Of two processes on one processor, the one that is to run when nothing else does has none."""
+    """Of two processes on one processor, the one that is to run when nothing else does waits for it most of the time.
+
+    How much of it that gets is the kernel's affair, so it is measured: what it waited for is not counted.
+    """
     one = {min(os.sched_getaffinity(0))}
     environment = {**os.environ, VARIABLE: str(watch.path)}
     starved = LOOP.format(
@@ -162,11 +165,14 @@ def test_a_real_loop_without_a_processor_is_not_accused(watch):
         try:
             assert hog.stdout.readline() == loop.stdout.readline() == "begun\n"
             assert eventually(lambda: (use := processor_use(loop.pid)) is not None and use.loop_wants)
-            begun_s = time.monotonic()
-            while time.monotonic() < begun_s + 2.0:
+            begun_s, before_s = time.monotonic(), processor_use(loop.pid).loop_s
+            had_s, waited_s = 0.0, 0.0
+            while waited_s < 1.5:
                 looked(watch, loop.pid)
+                had_s = processor_use(loop.pid).loop_s - before_s
+                waited_s = time.monotonic() - begun_s - had_s
                 time.sleep(0.02)
-            assert watch.quiet_s < 0.8
+            assert watch.quiet_s < 0.5 + had_s
         finally:
             hog.kill()
             loop.kill()

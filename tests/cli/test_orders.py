@@ -15,8 +15,13 @@ WAY_ANSWERS = {"wait-on": topics.WAIT_ON, "go-round": topics.GO_ROUND, "leave-ou
 
 
 @pytest.fixture
-def robot(bus_config, request):
-    """Robot that can pause, take any fault, and never start, or serves what a test wants; it keeps its requests."""
+def robot(bus_config, request, monkeypatch):
+    """Robot that can pause, take any fault, and never start, or serves what a test wants; it keeps its requests.
+
+    On a busy machine it answers later than a robot should: that is no reason to report that it does not.
+    """
+    monkeypatch.setattr("touchline.bus.urgent_order.REPORT_AFTER_S", 60.0)
+    monkeypatch.setattr("touchline.bus.calls._DISCOVERY_S", 60.0)
     served = getattr(request, "param", (topics.PAUSE, topics.START, topics.LOAD, topics.INJECT_FAULT))
     asked, over, ready = [], threading.Event(), threading.Event()
 

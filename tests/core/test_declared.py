@@ -31,11 +31,13 @@ def named(requirements: list[str]) -> set[str]:
 
 @pytest.mark.parametrize("folder", ["schemas", "services", "src", "tui", "research"])
 def test_every_package_that_is_imported_is_declared(folder: str) -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    extras = project["optional-dependencies"]
-    declared = named(project["dependencies"])
-    for extra in extras.keys() - {"docs", "test"}:
-        declared |= named(extras[extra])
+    declared = set()
+    for file in (ROOT / "pyproject.toml", ROOT / folder / "pyproject.toml"):  # of its own it has beside the product's
+        project = tomllib.loads(file.read_text(encoding="utf-8"))["project"] if file.exists() else {}
+        extras = project.get("optional-dependencies", {})
+        declared |= named(project.get("dependencies", []))
+        for extra in extras.keys() - {"docs", "test"}:
+            declared |= named(extras[extra])
     modules = set(imported(folder)) - set(sys.stdlib_module_names) - HOSTS - {"touchline"}
     brought_by = packages_distributions()
     for module in sorted(modules):

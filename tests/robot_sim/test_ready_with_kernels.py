@@ -32,13 +32,10 @@ def job(vehicle):
 
 
 LIDAR = "examples/vehicles/marker-lidar.json"
-USUAL = (
-    ("turf-tank-two", "mpc"),
-    (LIDAR, "mpc"),
-    ("clay-roller", "pure-pursuit"),
-    ("turtlebot3-waffle-pi", "regularised"),
-)
+USUAL = ((LIDAR, "mpc"), ("clay-roller", "pure-pursuit"))
 OTHERS = (
+    ("turf-tank-two", "mpc"),
+    ("turtlebot3-waffle-pi", "regularised"),
     ("turf-tank-two", "pure-pursuit"),
     ("clay-roller", "pursuit-lanes"),
     ("turtlebot3-waffle-pi", "dynamic"),
@@ -49,9 +46,7 @@ OTHERS = (
 )
 
 
-@pytest.mark.parametrize(
-    "robots", [USUAL, pytest.param(OTHERS, marks=pytest.mark.full)], ids=["usual", "other followers"]
-)
+@pytest.mark.parametrize("robots", [USUAL, pytest.param(OTHERS, marks=pytest.mark.full)], ids=["usual", "others"])
 def test_nothing_is_prepared_after_the_warm_up(robots, tmp_path):
     command = [sys.executable, "-m", "tests.robot_sim.whole_life"]
     for vehicle, follower in robots:
