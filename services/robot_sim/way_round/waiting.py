@@ -45,16 +45,25 @@ class Waiting:
         self._moved = 0
         self.answer: WaitingOrder | None = None
 
-    def look(self, tick: int, blocked: Blocked | None, *, attended: bool) -> WaitingOrder | None:
+    @property
+    def begun_tick(self) -> int:
+        """Tick at which the robot began to wait."""
+        assert self._begun is not None, "it waits"
+        return self._begun
+
+    def look(self, tick: int, blocked: Blocked | None, *, pausing: bool, attended: bool) -> WaitingOrder | None:
         """Return what to do now: go round, or leave out; None: drive, or wait.
 
         Args:
             tick: Present tick.
             blocked: Report of the robot; None: nothing is in its way.
+            pausing: True if it has not moved off again: what stands at the limit of what is in its way is seen on
+                either side of that, scan by scan.
             attended: True if an operator can answer.
         """
         if blocked is None:
-            self._begun = self.answer = None
+            if not pausing:
+                self._begun = self.answer = None
             return None
         if self._begun is None:
             self._begun, self._moved = blocked.since_tick, -1
