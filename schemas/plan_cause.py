@@ -7,6 +7,7 @@ from typing import Any, Self
 
 from pydantic import field_validator
 
+from touchline.schemas.ground_piece import GroundPiece
 from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
 from touchline.schemas.messages import PlanOptions, PlanReport, PoseGoal
 from touchline.schemas.spec import GrownSpec
@@ -15,15 +16,17 @@ from touchline.schemas.spec import GrownSpec
 class PlanCause(GrownSpec):
     """Options of a plan, goal of one that leads to a pose, the lines left out in part or whole, and known ground.
 
-    The known ground of a template's plan is what its robot had seen besides the template's own outlines.
+    The known ground of a template's plan is what its robot had seen besides the template's own outlines. With
+    ``remaining`` pieces these are what is to be covered of the template's areas.
     """
 
     options: PlanOptions = PlanOptions()
     goal: PoseGoal | None = None
     left_out: tuple[str, ...] = ()
     ground: KnownGround = OPEN_GROUND
+    remaining: tuple[GroundPiece, ...] = ()
 
-    later_fields = ("ground",)
+    later_fields = ("ground", "remaining")
 
     @classmethod
     def of(cls, options: PlanOptions, report: PlanReport) -> Self:

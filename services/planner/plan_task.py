@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.ground_piece import GroundPiece
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
@@ -37,6 +39,25 @@ class Company:
     grounds: Mapping[str, shapely.Polygon | shapely.MultiPolygon] | None = None
     remaining: Mapping[str, shapely.Polygon | shapely.MultiPolygon] | None = None
     begins_rad: float | None = None
+
+    @classmethod
+    def of_rest(cls, template: Template, pieces: Sequence[GroundPiece]) -> Company:
+        """Return that of a robot which covers the remaining pieces of a template's areas; without pieces, all of them.
+
+        Raises:
+            PlanningError: A piece is of no area of the template.
+        """
+        import shapely
+
+        if not pieces:
+            return ALONE
+        areas, of_area = {area.id: area.polygon for area in template.areas}, dict[str, list[shapely.Polygon]]()
+        for piece in pieces:
+            of_area.setdefault(piece.area, []).append(piece.polygon)
+        if unknown := [name for name in of_area if name not in areas]:
+            raise PlanningError("", f'has a remaining piece of "{unknown[0]}"', "give pieces of the template's areas")
+        remaining = {name: shapely.MultiPolygon(parts) for name, parts in of_area.items()}
+        return cls(grounds={name: areas[name] for name in remaining}, remaining=remaining)
 
 
 ALONE: Final = Company()

@@ -8,6 +8,7 @@ from touchline.bus import CallError
 from touchline.bus.counters import Counters
 from touchline.jobs.single import reports
 from touchline.jobs.single.bus_run import BusRun, JobOptions
+from touchline.jobs.way_round.covered_areas import uncovered_figures
 from touchline.jobs.way_round.drives_report import gap_figures
 from touchline.schemas.messages import (
     AreaReport,
@@ -105,7 +106,7 @@ def test_every_figure_is_explained():
     # What a tool that covers areas has instead of paint, and its plan besides.
     told |= set(names({"area": reports.area_report_figures(AreaReport(), TraversalReport())}))
     told |= set(names({"plan": {"coverage": reports.planned_coverage_figures([PlannedCoverage(area_m2=1.0)])}}))
-    told |= set(names({"gaps": gap_figures(())}))
+    told |= set(names({"gaps": gap_figures(()), "uncovered": uncovered_figures(0.0, ())}))
     assert told <= explained
     figures = {name for name in explained if "." in name and not name.endswith(".md")}
     assert figures == {name for name in told if "." in name}

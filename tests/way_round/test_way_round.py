@@ -10,7 +10,7 @@ import pytest
 from tests.way_round.met import FIELD, MARKER, PERSON, leaving, meeting
 from touchline.checking.check_files import check_file
 from touchline.jobs.single.simulation import Job, Products
-from touchline.jobs.way_round.drives_report import draw_drives, gap_words
+from touchline.jobs.way_round.drives_report import gap_words
 from touchline.jobs.way_round.way_round_simulation import WayRoundDrives, WayRoundOutcome, simulate_way_round
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
@@ -19,8 +19,9 @@ from touchline.services.planner.collision.checker import MARGIN_M, CollisionChec
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.way_round.rest_request import LEFT_M, with_margin
+from touchline.services.robot_sim.way_round.rest_request import with_margin
 from touchline.services.robot_sim.way_round.seen_things import SeenThings
+from touchline.services.robot_sim.way_round.unpainted_lines import PASSING_BY
 from touchline.services.robot_sim.way_round.waiting import WaitingOrder
 
 JOB = Job.prepare(FIELD, PlanOptions(), MARKER)
@@ -56,13 +57,13 @@ def test_it_goes_round_and_reports_the_gap_that_the_paint_has(stood: WayRoundOut
     figures = stood.figures(JOB)
     assert figures["success"] and "contacts" not in figures, figures["reason"]
     assert figures["drives"][0].startswith("goes round ") and len(figures["drives"]) > 2
-    (gap,) = stood.gaps
+    (gap,) = stood.work.gaps
     assert gap.line_id == "s0" and gap.from_m < 6.0 < gap.to_m and gap.length_m < 5.0
     assert gap.outline.split()[0] in ("thing", "person", "post")
     assert f'left out beside "{gap.outline}"' in gap_words(gap)
     assert (gap.from_m, gap.to_m) == pytest.approx(_true_gap_m(stood.strokes), abs=0.02)
     picture = tmp_path / "round.svg"
-    draw_drives(FIELD, stood.strokes, stood.gaps, picture, stood.paint.caption())
+    stood.work.draw(stood.strokes, picture)
     assert 'id="gap"' in picture.read_text() and gap.outline in picture.read_text()
 
 
@@ -89,16 +90,16 @@ def test_a_recording_of_it_can_be_run_again(stood: WayRoundOutcome) -> None:
 def test_what_has_gone_by_the_end_of_the_job_leaves_no_gap() -> None:
     outcome = driven(leaving(30.0))
     figures = outcome.figures(JOB)
-    assert outcome.gaps == () and figures["success"], figures["reason"]
+    assert outcome.work.gaps == () and figures["success"], figures["reason"]
     assert figures["gaps"]["total_m"] == 0.0 and figures["drives"][-1] == "done"
     assert figures["paint"]["gap_m"] < 0.01, "the joint is painted as after a pause"
 
 
 def test_an_operator_can_have_it_wait_or_leave_the_place_out_for_good() -> None:
     waited = driven(leaving(40.0), order=WaitingOrder.WAIT)
-    assert waited.last.earlier == () and waited.gaps == () and waited.last.report.success
+    assert waited.last.earlier == () and waited.work.gaps == () and waited.last.report.success
     left_out = driven(leaving(30.0), order=WaitingOrder.LEAVE_OUT)
-    assert [gap.outline for gap in left_out.gaps] == ["operator"] and "done" in left_out.figures(JOB)["drives"]
+    assert [gap.outline for gap in left_out.work.gaps] == ["operator"] and "done" in left_out.figures(JOB)["drives"]
 
 
 def test_a_job_that_meets_nothing_has_the_usual_report() -> None:
@@ -107,7 +108,7 @@ def test_a_job_that_meets_nothing_has_the_usual_report() -> None:
 
 
 def test_a_plan_takes_the_ground_of_the_standing_robot_as_free() -> None:
-    assert LEFT_M > MARGIN_M
+    assert PASSING_BY.left_m > MARGIN_M
 
 
 @dataclass
@@ -137,7 +138,7 @@ def test_what_stood_is_remembered_until_the_robot_sees_that_it_has_gone() -> Non
 @pytest.mark.parametrize("hull", [[(0.7, -0.3), (1.2, -0.3), (1.2, 0.3)], [(-3, -3), (3, -3), (3, 3), (-3, 3)]])
 def test_the_ground_of_the_robot_is_open_whatever_covers_it(hull: list[tuple[float, float]]) -> None:
     pose = (0.0, 0.0, 0.0)
-    (outline,) = with_margin([Polygon(id="thing", corners=tuple(hull))], pose, MARKER, 0.5)
+    (outline,) = with_margin([Polygon(id="thing", corners=tuple(hull))], pose, MARKER, 0.5, PASSING_BY.left_m)
     checker = CollisionChecker.of(FIELD.model_copy(update={"obstacles": (outline,)}), MARKER)
     assert checker is not None and not checker.touches([PathPose(*pose)])
     assert not checker.touches([PathPose(-1.0, 0.0, 0.0)]), "it can drive back"

@@ -7,8 +7,9 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
+from touchline.core.ground_pieces import wide_parts
 from touchline.core.plain_sum import plain_sum
-from touchline.core.robust_overlay import as_area, buffer, intersection
+from touchline.core.robust_overlay import as_area, intersection
 from touchline.schemas.template import Area, Template
 from touchline.services.planner.coverage.shapes import Area as Ground
 from touchline.services.planner.coverage.shapes import turned
@@ -65,12 +66,6 @@ def _level(ground: Ground, wanted_m2: float, low: float, high: float) -> float:
         below = intersection(ground, shapely.box(-_FAR_M, -_FAR_M, _FAR_M, middle)).area
         low, high = (middle, high) if below < wanted_m2 else (low, middle)
     return 0.5 * (low + high)
-
-
-def wide_parts(ground: Ground, least_m: float) -> Ground:
-    """Pieces of the ground that are at least `least_m` wide somewhere."""
-    kept = [part for part in shapely.get_parts(ground) if not buffer(part, -0.5 * least_m).is_empty]
-    return kept[0] if len(kept) == 1 else shapely.MultiPolygon(kept)
 
 
 def size_m2(grounds: Grounds) -> float:

@@ -17,14 +17,13 @@ from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.template import Polygon, Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.grown_outlines import body_at, grown
+from touchline.services.robot_sim.way_round.remains import Rest
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 Pose = tuple[float, float, float]
 
-LEFT_M: Final = 0.03
-"""Distance from the standing robot that is taken as free: more than plans keep from outlines."""
 NEAR_M: Final = 1.0
 """Distance from it within which it may pass things as near as it stands to them: else it could not leave."""
 SIMPLER_M: Final = 0.005
@@ -41,27 +40,31 @@ class RestRequest(NamedTuple):
     """The rest of a job, to be planned.
 
     Attributes:
-        rest: Unpainted parts of lines, with the outlines of the job's own template.
+        rest: The rest, with the outlines of the job's own template.
         seen: What the robot has seen, with the distance that it keeps.
         options: Options of the plan, with the robot's pose as its start.
     """
 
-    rest: Template
+    rest: Rest
     seen: tuple[Polygon, ...]
     options: PlanOptions
 
     @property
     def template(self) -> Template:
         """Template to plan: the rest, with what was seen as further obstacles."""
-        return self.rest.model_copy(update={"obstacles": (*self.rest.obstacles, *self.seen)})
+        obstacles = (*self.rest.template.obstacles, *self.seen)
+        return self.rest.template.model_copy(update={"obstacles": obstacles})
 
     def cause(self, report: PlanReport) -> PlanCause:
         """Return the inputs of the plan besides the rest, by the plan's report."""
         seen = tuple(KnownObstacle(id=each.id, corners=each.corners) for each in self.seen)
-        return PlanCause.of(self.options, report).model_copy(update={"ground": KnownGround(obstacles=seen)})
+        update = {"ground": KnownGround(obstacles=seen), "remaining": self.rest.pieces}
+        return PlanCause.of(self.options, report).model_copy(update=update)
 
 
-def with_margin(seen: Sequence[Polygon], pose: Pose, vehicle: Vehicle, kept_m: float) -> tuple[Polygon, ...]:
+def with_margin(
+    seen: Sequence[Polygon], pose: Pose, vehicle: Vehicle, kept_m: float, left_m: float
+) -> tuple[Polygon, ...]:
     """Return outlines with the distance that a robot keeps from them, without the ground on which it stands.
 
     That is free, even if an outline, which is the hull of what was seen, covers it; one that lies all round the robot
@@ -72,14 +75,15 @@ def with_margin(seen: Sequence[Polygon], pose: Pose, vehicle: Vehicle, kept_m: f
         pose: x (m), y (m), heading (rad) of the standing robot, map frame.
         vehicle: The robot.
         kept_m: The distance.
+        left_m: Distance from the standing robot that is taken as free.
     """
     import shapely
 
     body, found = body_at(pose, vehicle), list[Polygon]()
-    room, near = buffer(body, LEFT_M), buffer(body, NEAR_M)
+    room, near = buffer(body, left_m), buffer(body, NEAR_M)
     for each in seen:
         shape = shapely.Polygon(each.corners)
-        least_m = min(max(float(shape.distance(body)) - LEFT_M, 0.0), kept_m)
+        least_m = min(max(float(shape.distance(body)) - left_m, 0.0), kept_m)
         beyond = difference(shapely.Polygon(grown(each.id, shape, kept_m).corners), near)
         kept = union_of_two(buffer(shape, least_m, quad_segs=4), beyond)
         outline = as_area(difference(kept, room))

@@ -14,14 +14,13 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.line_parts import DONE_M, gaps_between, part_of, redrawn, with_overlap
 from touchline.schemas.messages import LeftOutStretch, Trajectory
 from touchline.schemas.swath_ids import line_part_id, whole_line_id
-from touchline.schemas.template import Template, TemplateSegment
+from touchline.schemas.template import Polygon, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.paint.targets import nozzle_curve, segment_length_m
+from touchline.services.robot_sim.way_round.remains import PLAN, Clearances, Rest
 
-OPERATOR: Final = "operator"
-"""Reason of a gap that an operator has left out."""
-PLAN: Final = "plan"
-"""Reason of a gap that the plan of the whole job leaves out."""
+PASSING_BY: Final = Clearances(left_m=0.03, far_side_m=0.0)
+"""Clearances of a robot that passes things on the side that it sees; plans keep less than `left_m` from outlines."""
 CLOSED_M: Final = 1e-6
 """Distance of the ends of a circle."""
 
@@ -43,7 +42,7 @@ class Gap(NamedTuple):
 
 @dataclass
 class UnpaintedLines:
-    """Unpainted parts of the lines of a template.
+    """Unpainted parts of the lines of a template; see `Remains`.
 
     Attributes:
         template: The whole template, in the map frame.
@@ -55,19 +54,16 @@ class UnpaintedLines:
     vehicle: Vehicle
     reasons: list[Gap] = field(default_factory=list)
 
+    clearances: Clearances = field(default=PASSING_BY, init=False)
+
     def __post_init__(self) -> None:
         """Begin with no paint at all."""
         self._lines = {segment.id: segment for segment in self.template.segments}
         self._painted = {name: Intervals() for name in self._lines}
 
-    def enter(self, trajectory: Trajectory, belief: PaintBelief) -> None:
-        """Enter what was painted on a drive.
-
-        Args:
-            trajectory: Its plan.
-            belief: The robot's paint record of it, by the ids of the plan.
-        """
-        shares = dict(zip(belief.ids, belief.fractions, strict=True))
+    def enter(self, trajectory: Trajectory, painted: PaintBelief, reached_m: float) -> None:
+        """See `Remains`; the paint record tells what is painted."""
+        shares = dict(zip(painted.ids, painted.fractions, strict=True))
         for segment in trajectory.path.segments:
             line = self._line_of(segment.id)
             if line is not None and shares.get(segment.id, 0.0) > 0.0:
@@ -96,25 +92,22 @@ class UnpaintedLines:
             spans.add(curve.length_m + min(low_m, 0.0), curve.length_m)
 
     @property
-    def painted_m(self) -> float:
-        """Length that is painted."""
+    def done(self) -> float:
+        """See `Remains`; the painted length."""
         return sum(to_m - from_m for spans in self._painted.values() for from_m, to_m in spans.spans())
 
     def note_plan(self, trajectory: Trajectory) -> None:
-        """Note what a plan of the whole template leaves out."""
+        """See `Remains`."""
         planned = UnpaintedLines(self.template, self.vehicle)
         ids = tuple(segment.id for segment in trajectory.path.segments)
-        planned.enter(trajectory, PaintBelief(ids, [1.0] * len(ids)))
+        planned.enter(trajectory, PaintBelief(ids, [1.0] * len(ids)), math.inf)
         self.reasons += [gap._replace(reason=PLAN) for gap in planned.gaps()]
 
-    def note(self, lines: Template, stretches: Iterable[LeftOutStretch]) -> None:
-        """Note the stretches that the plan of a rest leaves out, and beside what; earlier notes of the rest go.
-
-        Args:
-            lines: Template of the plan.
-            stretches: Stretches of its lines.
-        """
-        own = {segment.id: segment.curve() for segment in lines.segments}
+    def note(
+        self, rest: Rest, seen: Sequence[Polygon], trajectory: Trajectory, stretches: Iterable[LeftOutStretch]
+    ) -> None:
+        """See `Remains`; the planner gives the stretches that it leaves out, and beside what."""
+        own = {segment.id: segment.curve() for segment in rest.template.segments}
         for name, part in own.items():
             line = self._line_of(name)
             if line is not None:
@@ -136,8 +129,23 @@ class UnpaintedLines:
         ]
 
     @property
-    def left_out(self) -> list[Gap]:
-        """Unpainted parts of the noted stretches; of other gaps it is not known whether they will be painted."""
+    def undone(self) -> tuple[LeftOutStretch, ...]:
+        """See `Remains`."""
+        return tuple(map(self._stretch, self.gaps()))
+
+    @property
+    def left_out(self) -> tuple[LeftOutStretch, ...]:
+        """See `Remains`."""
+        return tuple(map(self._stretch, self._gaps_left_out))
+
+    @property
+    def reasons_left(self) -> set[str]:
+        """See `Remains`."""
+        return {gap.reason for gap in self._gaps_left_out}
+
+    @property
+    def _gaps_left_out(self) -> list[Gap]:
+        """Unpainted parts of the noted stretches."""
         parts = [
             Gap(gap.line_id, max(gap.from_m, each.from_m), min(gap.to_m, each.to_m), each.reason)
             for gap in self.gaps()
@@ -145,6 +153,13 @@ class UnpaintedLines:
             if each.line_id == gap.line_id
         ]
         return [part for part in parts if part.to_m - part.from_m > DONE_M]
+
+    def _stretch(self, gap: Gap) -> LeftOutStretch:
+        """Return a gap with the places of its ends."""
+        x, y, _, _ = self.curve_of(gap.line_id).at(np.array([gap.from_m, gap.to_m]))
+        ends = {"from_x_m": x[0], "from_y_m": y[0], "to_x_m": x[1], "to_y_m": y[1]}
+        places = {name: float(value) for name, value in ends.items()}
+        return LeftOutStretch(line_id=gap.line_id, outline=gap.reason, from_m=gap.from_m, to_m=gap.to_m, **places)
 
     def _reason(self, name: str, from_m: float, to_m: float) -> str:
         found, most_m = "", 0.5 * (to_m - from_m)
@@ -155,26 +170,25 @@ class UnpaintedLines:
         return found
 
     def give_reason(self, reason: str) -> None:
-        """Give a reason for all gaps that have none."""
+        """See `Remains`."""
         self.reasons += [gap._replace(reason=reason) for gap in self.gaps() if not gap.reason]
 
     def leave_out(self, outlines: Collection[str], reason: str) -> None:
-        """Give another reason for what was left out beside these outlines."""
+        """See `Remains`."""
         self.reasons = [each._replace(reason=reason) if each.reason in outlines else each for each in self.reasons]
 
-    def rest(self, gaps: Iterable[Gap]) -> Template:
-        """Return the template of some of the gaps, each with an overlap at its joints; its outlines stay.
-
-        A gap keeps the id of its line if it is the only one of it.
-        """
-        wanted = list(gaps)
+    def rest(self, without: Collection[str], seen: Sequence[Polygon]) -> Rest | None:
+        """See `Remains`; each gap has an overlap at its joints, and keeps the id of its line if it is the only one."""
+        wanted = [gap for gap in self.gaps() if gap.reason not in without]
+        if not wanted:
+            return None
         segments = list[TemplateSegment]()
         for name, line in self._lines.items():
             own = [gap for gap in wanted if gap.line_id == name]
             for number, gap in enumerate(own, start=1):
                 part_id = name if len(own) == 1 else line_part_id(name, number)
                 segments.append(redrawn(line, with_overlap(line.curve(), gap[1:3]), part_id))
-        return self.template.model_copy(update={"segments": tuple(segments)})
+        return Rest(self.template.model_copy(update={"segments": tuple(segments)}))
 
 
 def painted_lines(template: Template, gaps: Sequence[LeftOutStretch]) -> Template:

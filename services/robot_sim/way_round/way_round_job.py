@@ -1,4 +1,4 @@
-"""Job of lines whose robot waits for what is in its way, goes round it, and comes back once to what it left out."""
+"""Job whose robot waits for what is in its way, goes round it, and comes back once to what it left out."""
 
 from __future__ import annotations
 
@@ -16,9 +16,11 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
 from touchline.services.robot_sim.settling import RESTING_MPS
+from touchline.services.robot_sim.way_round.remains import OPERATOR, PLAN, Remains
 from touchline.services.robot_sim.way_round.rest_request import RestRequest, passing_m, with_margin
 from touchline.services.robot_sim.way_round.seen_things import SeenThings, seen_things, thing_in_the_way
-from touchline.services.robot_sim.way_round.unpainted_lines import OPERATOR, PLAN, Gap, UnpaintedLines
+from touchline.services.robot_sim.way_round.uncovered_ground import UncoveredGround
+from touchline.services.robot_sim.way_round.unpainted_lines import UnpaintedLines
 from touchline.services.robot_sim.way_round.waiting import PATIENT, Waiting, WaitingOrder
 
 AGAIN_TICKS: Final = 10 * TICKS_PER_S
@@ -30,7 +32,7 @@ REST_LEFT_OUT: Final = "what was left out cannot be reached"
 SOON_S: Final = 1.0
 """Change of the time at which it goes round up to which that is not reported."""
 MOST_IN_VAIN: Final = 4
-"""Ways round in a row without new paint, after which the job ends without the rest."""
+"""Ways round in a row without new work, after which the job ends without the rest."""
 WIDER_M: Final = 0.2
 """Distance by which the robot keeps farther off things after each."""
 
@@ -40,8 +42,13 @@ def goes_round(vehicle: Vehicle, template: Template | None) -> bool:
     return bool(template is not None and template.segments and not template.areas and lidars_of(vehicle))
 
 
+def covers_round(vehicle: Vehicle, template: Template) -> bool:
+    """Return whether a robot goes round things on a job of areas: it has a lidar, and its tool covers them."""
+    return bool(template.areas and not template.segments and vehicle.tool.covers and lidars_of(vehicle))
+
+
 class WayRoundJob:
-    """Behaviour of a robot that meets things on a job of lines.
+    """Behaviour of a robot that meets things on a job of lines, or of areas that its tool covers.
 
     The owner calls `look` between ticks, plans and loads what it asks for, and reports the outcome.
 
@@ -53,7 +60,7 @@ class WayRoundJob:
         told: Called after each report, to publish it.
 
     Attributes:
-        unpainted: Unpainted lines, by the robot's own record.
+        remains: What is not done, by the robot's own record.
         over: True once the robot neither goes round anything nor comes back.
         finished: True if it has done all that it can reach.
     """
@@ -68,11 +75,15 @@ class WayRoundJob:
     ) -> None:
         self._emulator, self._options, self._told = emulator, options, told
         self._trajectory, self._waiting, self._seen = trajectory, Waiting(PATIENT), SeenThings()
-        self.unpainted = UnpaintedLines(template, emulator.vehicle)
-        self.unpainted.note_plan(trajectory)
+        self.remains: Remains = (
+            UncoveredGround(template, emulator.vehicle, options)
+            if template.areas
+            else UnpaintedLines(template, emulator.vehicle)
+        )
+        self.remains.note_plan(trajectory)
         known = [*([template.boundary] if template.boundary else []), *template.obstacles]
         self._for_good = {OPERATOR, PLAN, *(outline.id for outline in known)}
-        self._search_tick, self._in_vain, self._painted_m, self._refused = 0, 0, 0.0, 0
+        self._search_tick, self._in_vain, self._work_done, self._refused = 0, 0, 0.0, 0
         self.over = self.finished = self._returning = self._breaks_off = False
         self._order = WaitingOrder.GO_ROUND
         self._drives, self._passed = 1, tuple[str, ...]()
@@ -127,18 +138,21 @@ class WayRoundJob:
 
     def rest(self) -> RestRequest | None:
         """Return the request to plan what remains from where the robot stands; None if nothing does, or in vain."""
-        onboard, vehicle, template = self._emulator.onboard, self._emulator.vehicle, self.unpainted.template
-        self.unpainted.enter(self._trajectory, onboard.painted)
-        gaps = [gap for gap in self.unpainted.gaps() if gap.reason not in self._for_good]
-        if not gaps or self._in_vain >= MOST_IN_VAIN:
+        onboard, vehicle = self._emulator.onboard, self._emulator.vehicle
+        self._enter()
+        if self._in_vain >= MOST_IN_VAIN:
             return None
         pose, kept_m = onboard.estimate[:3], passing_m(vehicle, onboard.protection.braking_mps2)
-        kept_m += WIDER_M * self._in_vain
-        things = self._seen.look(onboard, template.obstacles)
+        kept_m += self.remains.clearances.far_side_m + WIDER_M * self._in_vain
+        things = self._seen.look(onboard, self.remains.template.obstacles)
+        seen = with_margin(things, pose, vehicle, kept_m, self.remains.clearances.left_m)
+        rest = self.remains.rest(self._for_good, seen)
+        if rest is None:
+            return None
         if onboard.state in UNDER_WAY:
             self._say(Said.PLANS, self._in_the_way)
         options = self._options.model_copy(update={"start": np.array(pose), "obstructed": ""})
-        return RestRequest(self.unpainted.rest(gaps), with_margin(things, pose, vehicle, kept_m), options)
+        return RestRequest(rest, seen, options)
 
     def finds_no_way(self, reason: str) -> str:
         """Note that there is no plan of the rest; return the reason to abort the drive with, "" to wait on.
@@ -148,7 +162,7 @@ class WayRoundJob:
         """
         self._refused = self._refused + 1 if self._breaks_off else 0
         if self._returning or self._refused > MOST_IN_VAIN:
-            self.unpainted.give_reason(_listed(self._said.things))
+            self.remains.give_reason(_listed(self._said.things))
             self._end(f"{REST_LEFT_OUT}: {reason}")
             return REST_LEFT_OUT if self._emulator.onboard.state in UNDER_WAY else ""
         self._search_tick, self._waiting.answer = self._emulator.tick_count + AGAIN_TICKS, None
@@ -160,24 +174,25 @@ class WayRoundJob:
 
     def nothing_remains(self) -> str:
         """Note that the rest is left out for good; return the reason to abort the drive with."""
-        self.unpainted.give_reason(_listed(self._in_the_way))
+        self.remains.give_reason(_listed(self._in_the_way))
         self._end()
         return REST_LEFT_OUT
 
-    def breaks_off(self, request: RestRequest, left_out: Iterable[LeftOutStretch]) -> str:
+    def breaks_off(self, request: RestRequest, trajectory: Trajectory, left_out: Iterable[LeftOutStretch]) -> str:
         """Note that the present drive ends for a plan of the rest; return the reason to abort it with.
 
         Args:
             request: The rest.
-            left_out: What the plan leaves out of it.
+            trajectory: Its plan.
+            left_out: Stretches of lines that the plan leaves out of it.
         """
         names = self._said.things
-        self.unpainted.note(request.rest, left_out)
+        self.remains.note(request.rest, request.seen, trajectory, left_out)
         if self._order is WaitingOrder.LEAVE_OUT:
-            self.unpainted.leave_out({each.id for each in request.seen}, OPERATOR)
-        painted_m = self.unpainted.painted_m
-        self._in_vain = 0 if painted_m > self._painted_m + DONE_M else self._in_vain + 1
-        self._painted_m, self._passed, self._breaks_off = painted_m, names, True
+            self.remains.leave_out({each.id for each in request.seen}, OPERATOR)
+        work_done = self.remains.done
+        self._in_vain = 0 if work_done > self._work_done + DONE_M else self._in_vain + 1
+        self._work_done, self._passed, self._breaks_off = work_done, names, True
         self._say(Said.PLANS, names)
         return going_round(names)
 
@@ -188,9 +203,9 @@ class WayRoundJob:
         pause = onboard.status.pause
         return onboard.blocked is not None and (pause is None or pause.ends_by_itself)
 
-    def returns(self, request: RestRequest, left_out: Iterable[LeftOutStretch]) -> None:
+    def returns(self, request: RestRequest, trajectory: Trajectory, left_out: Iterable[LeftOutStretch]) -> None:
         """Note what the plan by which the robot comes back leaves out; see `breaks_off`."""
-        self.unpainted.note(request.rest, left_out)
+        self.remains.note(request.rest, request.seen, trajectory, left_out)
 
     def drive_ends(self) -> RestRequest | None:
         """Return the request to plan what was left out, once, after the last line; None if the job is over."""
@@ -218,25 +233,30 @@ class WayRoundJob:
 
     @property
     def left_out(self) -> tuple[LeftOutStretch, ...]:
-        """Unpainted stretches at the end of the job; before that, those left out so far."""
-        return tuple(map(self._stretch, self.unpainted.gaps() if self.finished else self.unpainted.left_out))
+        """Unpainted stretches of lines at the end of the job; before that, those left out so far."""
+        return tuple(self.remains.undone if self.finished else self.remains.left_out)
 
     @property
     def _comes_back(self) -> bool:
         """True if it comes back to something after the last line."""
-        return not self._returning and any(each.reason not in self._for_good for each in self.unpainted.left_out)
+        return not self._returning and bool(self.remains.reasons_left - self._for_good)
 
     @property
     def _in_the_way(self) -> tuple[str, ...]:
         """Name of what is in the way."""
         onboard = self._emulator.onboard
-        name = thing_in_the_way(onboard, seen_things(onboard, self.unpainted.template.obstacles))
+        name = thing_in_the_way(onboard, seen_things(onboard, self.remains.template.obstacles))
         return (name,) if name else ()
 
+    def _enter(self) -> None:
+        """Enter the work of the present drive."""
+        onboard = self._emulator.onboard
+        self.remains.enter(self._trajectory, onboard.painted, onboard.status.arc_length_m)
+
     def _end(self, warning: str = "") -> None:
-        """Note that the job is over, with all that is not painted."""
+        """Note that the job is over, with all that is not done."""
         if not self.over:
-            self.unpainted.enter(self._trajectory, self._emulator.onboard.painted)
+            self._enter()
             self.over = self.finished = True
             self._say(Said.DRIVES, warning=warning)
 
@@ -255,13 +275,6 @@ class WayRoundJob:
             self._said = said
             self._emulator.note_way_round(said, warning)
             self._told()
-
-    def _stretch(self, gap: Gap) -> LeftOutStretch:
-        """Return a gap with the places of its ends."""
-        x, y, _, _ = self.unpainted.curve_of(gap.line_id).at(np.array([gap.from_m, gap.to_m]))
-        ends = {"from_x_m": x[0], "from_y_m": y[0], "to_x_m": x[1], "to_y_m": y[1]}
-        places = {name: float(value) for name, value in ends.items()}
-        return LeftOutStretch(line_id=gap.line_id, outline=gap.reason, from_m=gap.from_m, to_m=gap.to_m, **places)
 
 
 def going_round(names: Iterable[str]) -> str:

@@ -170,7 +170,7 @@ class WayRoundService:
         self._left_out = planned.report.left_out
         load = m.LoadRequest(
             trajectory=planned.trajectory,
-            template_json=request.rest.to_json(),
+            template_json=request.rest.template.to_json(),
             here=True,
             cause_json=request.cause(planned.report).model_dump_json(),
         )
@@ -189,9 +189,9 @@ class WayRoundService:
             if not job.waits:
                 self._forget()
                 return
-            self._abort(job.breaks_off(request, self._left_out))
+            self._abort(job.breaks_off(request, ready.trajectory, self._left_out))
         else:
-            job.returns(request, self._left_out)
+            job.returns(request, ready.trajectory, self._left_out)
         self._ready = ready
 
     def _set_off(self, job: WayRoundJob, ready: Ready) -> None:

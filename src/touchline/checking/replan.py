@@ -8,6 +8,7 @@ from touchline.schemas.template import Polygon
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import plan
+from touchline.services.planner.plan_task import Company
 
 
 def planned_again(job: GivenJob, vehicle: Vehicle) -> Trajectory | None:
@@ -28,4 +29,5 @@ def planned_again(job: GivenJob, vehicle: Vehicle) -> Trajectory | None:
         return None
     seen = tuple(Polygon(id=each.id, corners=each.corners) for each in job.cause.ground.obstacles)
     template = job.template.model_copy(update={"obstacles": (*job.template.obstacles, *seen)})
-    return plan(template, vehicle, job.cause.options).trajectory
+    company = Company.of_rest(template, job.cause.remaining)
+    return plan(template, vehicle, job.cause.options, company=company).trajectory

@@ -153,14 +153,10 @@ def warn_of_left_out(stretches: Iterable[LeftOutStretch]) -> None:
         print_event(Event.WARN, f"the plan leaves out {stretch.words}")
 
 
-def warn_of_gaps(gaps: Iterable[LeftOutStretch]) -> None:
-    """Warn on standard error of each part of a line that a robot has not painted, but for those of the plan."""
-    from touchline.jobs.way_round.drives_report import gap_words
-    from touchline.services.robot_sim.way_round.unpainted_lines import PLAN
-
-    for gap in gaps:
-        if gap.outline != PLAN:
-            print_event(Event.WARN, gap_words(gap))
+def warn_of_undone(warnings: Iterable[str]) -> None:
+    """Warn on standard error of what a robot has left undone."""
+    for warning in warnings:
+        print_event(Event.WARN, warning)
 
 
 def print_figures(title: str, figures: Mapping[str, Any]) -> None:

@@ -22,7 +22,6 @@ from touchline.cli.shared_job_runs import TakeOverOption, TeamOption, TeamPace, 
 from touchline.cli.template_choice import TemplateChoice
 from touchline.jobs.single.bus_run import BusRun, JobOptions
 from touchline.jobs.watcher import JobFailed
-from touchline.jobs.way_round.drives_report import draw_drives
 from touchline.jobs.way_round.way_round_run import WayRoundRun
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
@@ -222,8 +221,8 @@ def _do(job: BusRun, begun_s: float, plot: Path | None) -> dict[str, Any]:
 def _draw(job: BusRun, path: Path) -> None:
     from touchline.jobs.single.work_picture import draw_work
 
-    if isinstance(job, WayRoundRun) and job.several:
-        draw_drives(parse_template(job.options.template_json), job.strokes, job.gaps, path, job.caption)
+    if isinstance(job, WayRoundRun) and job.work is not None:
+        job.work.draw(job.strokes, path)
         return
     strokes = job.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
     template = parse_template(job.options.template_json)

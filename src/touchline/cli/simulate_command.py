@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from touchline.cli.choices import PlanChoice, SetupChoice, check_follower
-from touchline.cli.display import progress_bar, warn_of_gaps, warn_of_left_out, warn_of_shortages
+from touchline.cli.display import progress_bar, warn_of_left_out, warn_of_shortages, warn_of_undone
 from touchline.cli.garbage import without_collecting
 from touchline.cli.groups import with_groups
 from touchline.cli.order_list import OrdersOption, orders_of
@@ -33,10 +33,9 @@ def simulate(
     from touchline.jobs.single.simulation import Job, Products
     from touchline.jobs.single.simulation import simulate as carry_out
     from touchline.jobs.single.work_picture import draw_work
-    from touchline.jobs.way_round.drives_report import draw_drives
     from touchline.jobs.way_round.way_round_simulation import simulate_way_round
     from touchline.services.robot_sim.emulator import Emulator
-    from touchline.services.robot_sim.way_round.way_round_job import goes_round
+    from touchline.services.robot_sim.way_round.way_round_job import covers_round, goes_round
 
     template = drawing.chosen()
     ordered = orders_of(orders or (), robots)
@@ -54,14 +53,14 @@ def simulate(
         warn_of_shortages(job.plan_report, setup.vehicle)
         warn_of_left_out(job.plan_report.left_out)
         products = Products(hashed, output.record, strokes=output.plot is not None)
-        if goes_round(setup.vehicle, template):
+        if goes_round(setup.vehicle, template) or covers_round(setup.vehicle, template):
             with without_collecting():
                 robot_there = Emulator(setup.vehicle, setup.scenario, setup.onboard)
                 drives = simulate_way_round(job, robot_there, products, advance)
-            warn_of_gaps(drives.gaps)
+            warn_of_undone(drives.work.warnings())
             if output.plot is not None:
                 advance(1.0, "Drawing")
-                draw_drives(template, drives.strokes, drives.gaps, output.plot, drives.paint.caption())
+                drives.work.draw(drives.strokes, output.plot)
             figures = drives.figures(job)
         else:
             with without_collecting():

@@ -3,13 +3,14 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, Self
+from typing import Any, Self
 
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from touchline.core.ground_pieces import pieces_within_reach, worthwhile_pieces
 from touchline.core.robust_overlay import as_area, buffer, difference, intersection, union
-from touchline.core.tool_reach import free_ground, reachable
+from touchline.core.tool_reach import free_ground
 from touchline.jobs.shared.assignment import AssignmentStatus
 from touchline.jobs.shared.remaining_work import Floats, Progress, RemainingWork, round_standing
 from touchline.jobs.shared.shared_areas import share_areas
@@ -20,19 +21,9 @@ from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.shapes import Area as Ground
 from touchline.services.planner.coverage.swept_area import swept
 from touchline.services.planner.plan_task import PlanTask
-from touchline.services.planner.sharing.ground_parts import Grounds, size_m2, wide_parts
+from touchline.services.planner.sharing.ground_parts import Grounds, size_m2
 from touchline.services.robot_sim.accounting.planned_tool_path import planned_tool_path
 from touchline.services.robot_sim.accounting.swept_ground import swept_ground
-
-HAIR_M: Final = 0.2
-"""Width below which pieces are ignored: they come from rounding, tools slightly beside their path, and overlaps of
-joints."""
-STRAIGHT_M: Final = 0.02
-"""Edges along bends are simplified to straights within this distance."""
-MITRE: Final = 2.0
-"""Mitre limit of corners."""
-SLIVER_M2: Final = 1.0
-"""Area below which pieces are ignored if they are nowhere half as wide as the tool: they lie where turns meet."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +71,8 @@ class RemainingGround(RemainingWork):
         for area in job.template.areas:
             before = self.grounds.get(area.id, shapely.Polygon())
             remaining = as_area(intersection(difference(union([before, *shares]), driven), area.polygon))
-            found[area.id] = as_area(intersection(_pieces(remaining, job, job.options.overlap_m), area.polygon))
+            pieces = worthwhile_pieces(remaining, job.vehicle.tool.width_m, job.options.overlap_m)
+            found[area.id] = as_area(intersection(pieces, area.polygon))
         return type(self)(_some(found))
 
     def with_ever_less(self) -> Iterator[Self]:
@@ -109,7 +101,7 @@ class RemainingGround(RemainingWork):
         covered = swept([section.path for each in made.plans for section in each.sections], job.vehicle.tool.width_m)
         beside = union([_near(each, job) for each in standing])
         remaining = {
-            name: _those_at(beside, _pieces(as_area(difference(ground, covered)), job))
+            name: _those_at(beside, worthwhile_pieces(as_area(difference(ground, covered)), job.vehicle.tool.width_m))
             for name, ground in self.grounds.items()
         }
         return made, type(self)(_some({**remaining, **self.skipped}))
@@ -118,15 +110,6 @@ class RemainingGround(RemainingWork):
 def _swept(status: AssignmentStatus, job: SharedJob) -> Ground:
     """Return the ground that a robot has driven over."""
     return as_area(swept_ground(planned_tool_path(status.driven, job.vehicle)).swept)
-
-
-def _pieces(ground: Ground, job: SharedJob, wider_m: float = 0.0) -> Ground:
-    """Return the pieces that are worth their time, without narrow strips, widened by `wider_m`."""
-    opened = buffer(ground, -0.5 * HAIR_M, join_style="mitre", mitre_limit=MITRE)
-    whole = shapely.simplify(buffer(opened, 0.5 * HAIR_M, join_style="mitre", mitre_limit=MITRE), STRAIGHT_M)
-    wide = wide_parts(as_area(whole), 0.5 * job.vehicle.tool.width_m)
-    large = [part for part in shapely.get_parts(whole) if part.area >= SLIVER_M2]
-    return as_area(buffer(union([wide, *large]), wider_m, join_style="mitre", mitre_limit=MITRE))
 
 
 def _near(standing: Standing, job: SharedJob) -> Ground:
@@ -144,9 +127,7 @@ def _those_at(place: BaseGeometry, ground: Ground) -> Ground:
 def _within_reach(ground: Ground, task: CoverageTask) -> Ground:
     """Return the pieces of ground of which the tool can reach a worthwhile part."""
     machine, free = task.machine, free_ground(task.boundary, task.obstacles, task.margin_m)
-    at = as_area(reachable(ground, free, machine.outline, (0.0, 0.0), machine.width_m))
-    kept = [part for part in shapely.get_parts(ground) if intersection(part, at).area >= SLIVER_M2]
-    return shapely.MultiPolygon(kept)
+    return pieces_within_reach(ground, free, machine.outline, (0.0, 0.0), machine.width_m)
 
 
 def _some(grounds: Mapping[str, Ground]) -> Grounds:

@@ -1,7 +1,8 @@
 """Figures and picture of a job of several drives round things in its way."""
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -10,47 +11,62 @@ import numpy as np
 from touchline.jobs.shared.joint_paint import JointPaint
 from touchline.jobs.single.painted_picture import FIGURE_SIZE_IN, MIN_WIDTH_PT, paint
 from touchline.jobs.single.reports import contact_figures, failing
+from touchline.jobs.way_round.work_done import WorkDone
 from touchline.recordings.writing import writing
 from touchline.schemas.messages import ContactReport, LeftOutStretch, PaintMarks, TraversalReport
 from touchline.schemas.plain_text import plain
 from touchline.schemas.swath_ids import whole_line_id
 from touchline.schemas.template import Template
-from touchline.services.robot_sim.way_round.unpainted_lines import OPERATOR
+from touchline.services.robot_sim.way_round.remains import OPERATOR, PLAN
 from touchline.services.robot_sim.way_round.way_round_job import REST_LEFT_OUT
 
 GAP_COLOUR: Final = "#ffb0b0"
 GAP_POINTS: Final = 21
 
 
-def draw_drives(
-    template: Template, strokes: Iterable[PaintMarks], gaps: Sequence[LeftOutStretch], path: Path, caption: str
-) -> None:
-    """Draw the paint of all drives, and the gaps, to a file (.svg or .png).
+@dataclass(frozen=True)
+class PaintedDrives:
+    """Lines painted in several drives; see `WorkDone`.
 
-    Args:
+    Attributes:
         template: The whole template.
-        strokes: True paint of all drives.
-        gaps: Unpainted parts of lines.
-        path: File to write.
-        caption: The main figures.
-
-    Raises:
-        SpecError: The file cannot be written.
-        ValueError: The file's ending names no known format.
+        paint: Paint of all drives, against the painted parts of the template.
+        gaps: What is not painted.
     """
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
-    axes = figure.add_subplot()
-    curves = {segment.id: segment.curve() for segment in template.segments}
-    paint(axes, template, [_of_line(stroke, curves) for stroke in strokes], caption)
-    for gap in gaps:
-        x, y, _, _ = curves[gap.line_id].at(np.linspace(gap.from_m, gap.to_m, GAP_POINTS))
-        axes.plot(x, y, color=GAP_COLOUR, linestyle=":", linewidth=MIN_WIDTH_PT, gid="gap")
-        name = f"{gap.outline or 'not painted'}, {gap.length_m:.2f} m"
-        axes.annotate(plain(name), (x[GAP_POINTS // 2], y[GAP_POINTS // 2]), color=GAP_COLOUR, fontsize="small")
-    with writing(path):
-        figure.savefig(path, dpi=140)
+    template: Template
+    paint: JointPaint
+    gaps: tuple[LeftOutStretch, ...]
+
+    @property
+    def refusal(self) -> str:
+        """See `WorkDone`."""
+        verdict = self.paint.metrics.verdict
+        return "" if verdict.accepted else f"the paint is not accepted: {verdict.text}"
+
+    def figures(self) -> dict[str, Any]:
+        """See `WorkDone`."""
+        return {"paint": self.paint.figures(), "gaps": gap_figures(self.gaps)}
+
+    def warnings(self) -> Iterator[str]:
+        """See `WorkDone`."""
+        return (gap_words(gap) for gap in self.gaps if gap.outline != PLAN)
+
+    def draw(self, strokes: Iterable[PaintMarks], path: Path) -> None:
+        """See `WorkDone`."""
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
+        axes = figure.add_subplot()
+        curves = {segment.id: segment.curve() for segment in self.template.segments}
+        paint(axes, self.template, [_of_line(stroke, curves) for stroke in strokes], self.paint.caption())
+        for gap in self.gaps:
+            x, y, _, _ = curves[gap.line_id].at(np.linspace(gap.from_m, gap.to_m, GAP_POINTS))
+            axes.plot(x, y, color=GAP_COLOUR, linestyle=":", linewidth=MIN_WIDTH_PT, gid="gap")
+            name = f"{gap.outline or 'not painted'}, {gap.length_m:.2f} m"
+            axes.annotate(plain(name), (x[GAP_POINTS // 2], y[GAP_POINTS // 2]), color=GAP_COLOUR, fontsize="small")
+        with writing(path):
+            figure.savefig(path, dpi=140)
 
 
 def _of_line(stroke: PaintMarks, lines: Collection[str]) -> PaintMarks:
@@ -97,25 +113,20 @@ class EndedDrive(NamedTuple):
     reason: str
 
 
-def drives_figures(
-    drives: Sequence[EndedDrive], paint_of_all: JointPaint, gaps: Sequence[LeftOutStretch], wall_time_s: float
-) -> dict[str, Any]:
+def drives_figures(drives: Sequence[EndedDrive], work: WorkDone, wall_time_s: float) -> dict[str, Any]:
     """Return the report of a job over all its drives.
 
     Args:
         drives: The drives in order.
-        paint_of_all: Their paint, against the painted parts of the template.
-        gaps: What is not painted.
+        work: Work of all of them.
         wall_time_s: Wall-clock time of the job.
     """
     last, total_s = drives[-1], sum(each.report.total_time_s for each in drives)
     contacts = _all_contacts([each.contacts for each in drives])
-    verdict = paint_of_all.metrics.verdict
     reason = "" if last.reason == REST_LEFT_OUT else last.reason
     if not reason and contacts is not None:
         reason = failing(last.report, None, contacts) if contacts.while_moving else ""
-    if not reason and not verdict.accepted:
-        reason = f"the paint is not accepted: {verdict.text}"
+    reason = reason or work.refusal
     return {
         "success": not reason,
         "reason": reason,
@@ -125,8 +136,7 @@ def drives_figures(
             "real_time_factor": total_s / wall_time_s,
             "follower_fallbacks": sum(each.report.follower_fallbacks for each in drives),
         },
-        "paint": paint_of_all.figures(),
-        "gaps": gap_figures(gaps),
+        **work.figures(),
         "drives": [each.reason or "done" for each in drives],
         **contact_figures(contacts),
     }

@@ -7,12 +7,12 @@ from touchline.bus import Inbox
 from touchline.jobs.shared.joint_paint import joint_paint
 from touchline.jobs.shared.reported_work import ReportedTruth
 from touchline.jobs.single.bus_run import BusRun
-from touchline.jobs.way_round.drives_report import EndedDrive, drives_figures, gap_words
+from touchline.jobs.way_round.drives_report import EndedDrive, PaintedDrives, drives_figures
+from touchline.jobs.way_round.work_done import WorkDone
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.messages import (
     Event,
-    LeftOutStretch,
     PaintMarks,
     PlanResponse,
     TraversalReport,
@@ -20,7 +20,7 @@ from touchline.schemas.messages import (
     WayRound,
 )
 from touchline.schemas.messages.base import Message
-from touchline.services.robot_sim.way_round.unpainted_lines import PLAN, painted_lines
+from touchline.services.robot_sim.way_round.unpainted_lines import painted_lines
 from touchline.services.robot_sim.way_round.way_round_job import going_round
 
 OF_ONE_DRIVE: Final = ("segments", "estimator")
@@ -31,12 +31,10 @@ OF_ONE_DRIVE: Final = ("segments", "estimator")
 class WayRoundRun(BusRun):
     """A job in progress, as `BusRun`, that goes on as long as the robot says so."""
 
-    gaps: tuple[LeftOutStretch, ...] = field(default=(), init=False)
-    """Unpainted stretches, once the job is done."""
+    work: WorkDone | None = field(default=None, init=False)
+    """Work of all drives, once the job is done in several."""
     strokes: list[PaintMarks] = field(default_factory=list, init=False)
     """Paint of all drives, once the job is done."""
-    caption: str = field(default="", init=False)
-    """Main figures of the paint, once the job is done."""
     _said: WayRound = field(default=WayRound(), init=False)
     _ended: list[EndedDrive] = field(default_factory=list, init=False)
 
@@ -80,13 +78,12 @@ class WayRoundRun(BusRun):
         template, vehicle = parse_template(self.options.template_json), self.options.vehicle
         drives = self._truth.drives(template, [each.report.header.stamp.seconds for each in self._ended])
         self.strokes = [stroke for strokes, _ in drives for stroke in strokes]
-        self.gaps = self._said.left_out
-        for gap in self.gaps:
-            if gap.outline != PLAN:
-                self.watcher.event(Event.WARN, f"{topics.ROBOT_SIM}: {gap_words(gap)}")
-        paint = joint_paint(painted_lines(template, self.gaps), vehicle, [work for _, work in drives])
-        self.caption = paint.caption()
-        whole = drives_figures(self._ended, paint, self.gaps, wall_s)
+        gaps = self._said.left_out
+        paint = joint_paint(painted_lines(template, gaps), vehicle, [work for _, work in drives])
+        self.work = PaintedDrives(template, paint, gaps)
+        for warning in self.work.warnings():
+            self.watcher.event(Event.WARN, f"{topics.ROBOT_SIM}: {warning}")
+        whole = drives_figures(self._ended, self.work, wall_s)
         if recording is not None and not recording["complete"] and whole["success"]:
             whole |= {"success": False, "reason": figures["reason"]}
         return {name: value for name, value in figures.items() if name not in OF_ONE_DRIVE} | whole

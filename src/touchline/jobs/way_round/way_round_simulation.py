@@ -4,18 +4,23 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from touchline.jobs.shared.joint_paint import JointPaint, Work, joint_paint
+from touchline.jobs.shared.joint_paint import Work, joint_paint
 from touchline.jobs.single.reports import hash_figures, plan_figures
 from touchline.jobs.single.simulation import GivenDrive, Job, Outcome, Products, Progress, carry_out
-from touchline.jobs.way_round.drives_report import EndedDrive, drives_figures
+from touchline.jobs.way_round.covered_areas import covered_areas
+from touchline.jobs.way_round.drives_report import EndedDrive, PaintedDrives, drives_figures
+from touchline.jobs.way_round.work_done import WorkDone
 from touchline.schemas.digest import scenario_hash
 from touchline.schemas.errors import PlanningError
-from touchline.schemas.messages import LeftOutStretch, PaintMarks
+from touchline.schemas.messages import PaintMarks, Trajectory
 from touchline.schemas.plan_cause import PlanCause
 from touchline.services.planner.plan import Plan, plan
+from touchline.services.planner.plan_task import Company
+from touchline.services.robot_sim.accounting.travelled_path import travelled_path
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.loaded_job import Taking
 from touchline.services.robot_sim.way_round.rest_request import RestRequest
+from touchline.services.robot_sim.way_round.uncovered_ground import UncoveredGround
 from touchline.services.robot_sim.way_round.unpainted_lines import painted_lines
 from touchline.services.robot_sim.way_round.way_round_job import WayRoundJob
 
@@ -26,13 +31,11 @@ class WayRoundOutcome:
 
     Attributes:
         last: Outcome of the last drive, with those before it.
-        paint: Paint of all drives together, against the painted parts of the template.
-        gaps: What is not painted.
+        work: Work of all drives together.
     """
 
     last: Outcome
-    paint: JointPaint
-    gaps: tuple[LeftOutStretch, ...]
+    work: WorkDone
 
     @property
     def drives(self) -> tuple[Outcome, ...]:
@@ -49,7 +52,7 @@ class WayRoundOutcome:
         if not self.last.earlier and not self.last.reason:
             return self.last.figures(job)
         ended = [EndedDrive(each.report, each.contacts, each.reason) for each in self.drives]
-        figures = drives_figures(ended, self.paint, self.gaps, self.last.wall_time_s)
+        figures = drives_figures(ended, self.work, self.last.wall_time_s)
         return {
             **figures,
             "plan": plan_figures(job.plan_report),
@@ -66,14 +69,16 @@ class WayRoundDrives:
         job: The planned job.
 
     Attributes:
-        works: True paint of ended drives.
+        works: True work of ended drives.
+        driven: What the robot drove of the plan of each, by its own record.
     """
 
     def __init__(self, emulator: Emulator, job: Job) -> None:
-        self._emulator, self._job = emulator, job
+        self._emulator, self._job, self._trajectory = emulator, job, job.trajectory
         self._following: GivenDrive | None = None
         self._way_round: WayRoundJob | None = None
         self.works = list[Work]()
+        self.driven = list[Trajectory]()
 
     @property
     def way_round(self) -> WayRoundJob:
@@ -83,6 +88,7 @@ class WayRoundDrives:
 
     def begins(self, drive: GivenDrive, told: Callable[[], None]) -> None:
         """See `Rerouting`."""
+        self._trajectory = drive.trajectory
         if self._way_round is None:
             job = self._job
             self._way_round = WayRoundJob(self._emulator, job.template, job.trajectory, job.options, told)
@@ -97,11 +103,11 @@ class WayRoundDrives:
         if request is None:
             return self.way_round.nothing_remains()
         try:
-            planned = plan(request.template, self._job.vehicle, request.options)
+            planned = self._plan(request)
         except PlanningError as error:
             return self.way_round.finds_no_way(str(error))
         self._following = _drive(request, planned)
-        return self.way_round.breaks_off(request, planned.report.left_out)
+        return self.way_round.breaks_off(request, planned.trajectory, planned.report.left_out)
 
     def replacement(self) -> GivenDrive | None:
         """See `Rerouting`: this robot goes round things from where it stands."""
@@ -110,20 +116,34 @@ class WayRoundDrives:
     def next_drive(self) -> GivenDrive | None:
         """See `Rerouting`: the way round, and after the last line, once, back to what was left out."""
         self.works.append(Work(self._emulator.ledger, self._emulator.track))
+        self.driven.append(travelled_path(self._trajectory, self._emulator.onboard.status.arc_length_m))
         following, self._following = self._following, None
         if following is None and (request := self.way_round.drive_ends()) is not None:
             try:
-                planned = plan(request.template, self._job.vehicle, request.options)
+                planned = self._plan(request)
             except PlanningError as error:
                 self.way_round.finds_no_way(str(error))
                 return None
-            self.way_round.returns(request, planned.report.left_out)
+            self.way_round.returns(request, planned.trajectory, planned.report.left_out)
             following = _drive(request, planned)
         return following
 
+    def _plan(self, request: RestRequest) -> Plan:
+        """Plan the rest; raises `PlanningError`."""
+        company = Company.of_rest(request.rest.template, request.rest.pieces)
+        return plan(request.template, self._job.vehicle, request.options, company=company)
+
+    def done(self) -> WorkDone:
+        """Return the work of all drives, against the template."""
+        template, vehicle, remains = self._job.template, self._job.vehicle, self.way_round.remains
+        if isinstance(remains, UncoveredGround):
+            return covered_areas(template, vehicle, self.driven, self.works, remains.reason)
+        gaps = self.way_round.left_out
+        return PaintedDrives(template, joint_paint(painted_lines(template, gaps), vehicle, self.works), gaps)
+
 
 def _drive(request: RestRequest, planned: Plan) -> GivenDrive:
-    return GivenDrive(planned.trajectory, request.rest, Taking.HERE, request.cause(planned.report))
+    return GivenDrive(planned.trajectory, request.rest.template, Taking.HERE, request.cause(planned.report))
 
 
 def simulate_way_round(
@@ -133,7 +153,7 @@ def simulate_way_round(
     progress: Progress = lambda done, doing: None,
     drives: WayRoundDrives | None = None,
 ) -> WayRoundOutcome:
-    """Simulate a job of lines once, as fast as possible.
+    """Simulate a job once, as fast as possible.
 
     Args:
         job: The planned job.
@@ -150,6 +170,4 @@ def simulate_way_round(
     rerouting = drives or WayRoundDrives(emulator, job)
     last = carry_out(emulator, given, products, progress, rerouting)
     last = replace(last, scenario_hash=scenario_hash(emulator.setup, job.template, job.options))
-    gaps = rerouting.way_round.left_out
-    paint = joint_paint(painted_lines(job.template, gaps), job.vehicle, rerouting.works)
-    return WayRoundOutcome(last, paint, gaps)
+    return WayRoundOutcome(last, rerouting.done())

@@ -1,0 +1,107 @@
+"""Rest of a job, by the robot's own record of its work: lines to paint, or ground to cover."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from typing import Final, NamedTuple, Protocol
+
+from touchline.onboard.interface import PaintBelief
+from touchline.schemas.ground_piece import GroundPiece
+from touchline.schemas.messages import LeftOutStretch, Trajectory
+from touchline.schemas.template import Polygon, Template
+
+OPERATOR: Final = "operator"
+"""Reason for which an operator has left something out."""
+PLAN: Final = "plan"
+"""Reason for which the plan of the whole job leaves something out."""
+
+
+class Clearances(NamedTuple):
+    """Distances by which plans of the rest keep off what was seen.
+
+    Attributes:
+        left_m: Distance from the standing robot that is taken as free.
+        far_side_m: Allowance for the sides of things that the robot has not seen.
+    """
+
+    left_m: float
+    far_side_m: float
+
+
+class Rest(NamedTuple):
+    """Rest of a job, to be planned.
+
+    Attributes:
+        template: The job's template with the rest of its lines, or all of its areas.
+        pieces: The rest of the areas.
+    """
+
+    template: Template
+    pieces: tuple[GroundPiece, ...] = ()
+
+
+class Remains(Protocol):
+    """Undone work of a job, and the reasons for which it was left out.
+
+    A reason is the id of the outline beside which something lies, `OPERATOR`, `PLAN`, or "" if there is none.
+    """
+
+    clearances: Clearances
+    """Distances by which plans of the rest keep off what was seen."""
+
+    template: Template
+    """The whole template, in the map frame."""
+
+    @property
+    def done(self) -> float:
+        """Amount of work done, m or m²."""
+
+    @property
+    def left_out(self) -> Sequence[LeftOutStretch]:
+        """Undone stretches of lines that were left out; of others it is not known whether they will be done."""
+
+    @property
+    def undone(self) -> Sequence[LeftOutStretch]:
+        """All undone stretches of lines."""
+
+    @property
+    def reasons_left(self) -> set[str]:
+        """Reasons of what was left out and is still undone."""
+
+    def enter(self, trajectory: Trajectory, painted: PaintBelief, reached_m: float) -> None:
+        """Enter the work of a drive.
+
+        Args:
+            trajectory: Its plan.
+            painted: The robot's paint record of it.
+            reached_m: Arc length up to which the robot has driven it.
+        """
+
+    def note_plan(self, trajectory: Trajectory) -> None:
+        """Note what a plan of the whole template leaves out."""
+
+    def rest(self, without: Collection[str], seen: Sequence[Polygon]) -> Rest | None:
+        """Return what remains and is worth a plan; None if nothing is.
+
+        Args:
+            without: Reasons of what is left out for good.
+            seen: Outlines that the robot has seen, with the distance that it keeps.
+        """
+
+    def note(
+        self, rest: Rest, seen: Sequence[Polygon], trajectory: Trajectory, stretches: Iterable[LeftOutStretch]
+    ) -> None:
+        """Note what the plan of a rest leaves out, and beside what; earlier notes of the rest go.
+
+        Args:
+            rest: The rest.
+            seen: Outlines that the plan keeps off.
+            trajectory: The plan.
+            stretches: Stretches of lines that it leaves out.
+        """
+
+    def give_reason(self, reason: str) -> None:
+        """Give a reason for all that is undone and has none."""
+
+    def leave_out(self, outlines: Collection[str], reason: str) -> None:
+        """Give another reason for what was left out beside these outlines."""

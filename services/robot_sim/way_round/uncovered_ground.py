@@ -1,0 +1,177 @@
+"""Ground of a template's areas that a robot has not covered, by its own progress along one plan after another."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from touchline.core.ground_pieces import pieces_within_reach, worthwhile_pieces
+from touchline.core.robust_overlay import as_area, difference, intersection, union, union_of_two
+from touchline.core.tool_reach import free_ground
+from touchline.onboard.interface import PaintBelief
+from touchline.schemas.ground_piece import GroundPiece
+from touchline.schemas.messages import LeftOutStretch, PlanOptions, Trajectory
+from touchline.schemas.template import Area, Polygon, Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.robot_sim.accounting.planned_tool_path import planned_tool_path
+from touchline.services.robot_sim.accounting.swept_ground import swept_ground
+from touchline.services.robot_sim.accounting.travelled_path import travelled_path
+from touchline.services.robot_sim.way_round.remains import PLAN, Clearances, Rest
+
+if TYPE_CHECKING:
+    import shapely
+    from shapely.geometry.base import BaseGeometry
+
+
+ALL_ROUND: Final = Clearances(left_m=0.012, far_side_m=0.15)
+"""Clearances of a robot that goes all round things, and can leave its place in any direction that brings it no nearer:
+what is left free is more than the rounding of outlines."""
+
+
+class LeftOutGround(NamedTuple):
+    """Ground that a plan leaves out, and the reason as in `Remains`."""
+
+    area_id: str
+    ground: BaseGeometry
+    reason: str
+
+
+class UncoveredGround:
+    """Uncovered ground of areas; see `Remains`.
+
+    Args:
+        template: The whole template, in the map frame.
+        vehicle: Vehicle that covers it.
+        options: Options of its plans.
+
+    Attributes:
+        covered: Covered ground, in areas and beside them (m, map frame).
+        notes: Ground left out.
+    """
+
+    def __init__(self, template: Template, vehicle: Vehicle, options: PlanOptions) -> None:
+        import shapely
+
+        self.template, self._vehicle, self._options = template, vehicle, options
+        self.clearances = ALL_ROUND
+        self.covered: BaseGeometry = shapely.Polygon()
+        self.notes: tuple[LeftOutGround, ...] = ()
+        self._reasons_left: set[str] | None = None
+
+    @property
+    def done(self) -> float:
+        """See `Remains`."""
+        return float(sum(intersection(self.covered, area.polygon).area for area in self.template.areas))
+
+    @property
+    def left_out(self) -> tuple[LeftOutStretch, ...]:
+        """See `Remains`; areas have no lines."""
+        return ()
+
+    @property
+    def undone(self) -> tuple[LeftOutStretch, ...]:
+        """See `Remains`; areas have no lines."""
+        return ()
+
+    @property
+    def reasons_left(self) -> set[str]:
+        """See `Remains`."""
+        if self._reasons_left is None:
+            self._reasons_left = {each.reason for each in self.notes if not self._worthwhile(each.ground).is_empty}
+        return self._reasons_left
+
+    def enter(self, trajectory: Trajectory, painted: PaintBelief, reached_m: float) -> None:
+        """See `Remains`."""
+        self.covered = union_of_two(self.covered, self._swept(travelled_path(trajectory, reached_m)))
+        self._reasons_left = None
+
+    def note_plan(self, trajectory: Trajectory) -> None:
+        """See `Remains`."""
+        swept = self._swept(trajectory)
+        self._add(LeftOutGround(area.id, difference(area.polygon, swept), PLAN) for area in self.template.areas)
+
+    def rest(self, without: Collection[str], seen: Sequence[Polygon]) -> Rest | None:
+        """See `Remains`; pieces out of reach beside what was seen are no part of it, unless all are."""
+        import shapely
+
+        done = union([self.covered, *(each.ground for each in self.notes if each.reason in without)])
+        pieces, within = list[GroundPiece](), list[GroundPiece]()
+        for area in self.template.areas:
+            left = as_area(difference(area.polygon, done))
+            wider = worthwhile_pieces(left, self._vehicle.tool.width_m, self._options.overlap_m)
+            found = as_area(intersection(wider, area.polygon))
+            pieces += [GroundPiece.of(area.id, part) for part in shapely.get_parts(found)]
+            within += [
+                GroundPiece.of(area.id, part) for part in shapely.get_parts(self._within_reach(found, area, seen))
+            ]
+        some = within or pieces
+        return Rest(self.template, tuple(some)) if some else None
+
+    def note(
+        self, rest: Rest, seen: Sequence[Polygon], trajectory: Trajectory, stretches: Iterable[LeftOutStretch]
+    ) -> None:
+        """See `Remains`."""
+        import shapely
+
+        swept = self._swept(trajectory)
+        for piece in rest.pieces:
+            self.notes = tuple(
+                each._replace(ground=difference(each.ground, piece.polygon)) if each.area_id == piece.area else each
+                for each in self.notes
+            )
+        self._add(
+            LeftOutGround(piece.area, part, self._beside(part, seen))
+            for piece in rest.pieces
+            for part in shapely.get_parts(as_area(difference(piece.polygon, swept)))
+        )
+
+    def give_reason(self, reason: str) -> None:
+        """See `Remains`."""
+        noted = union([self.covered, *(each.ground for each in self.notes if each.reason)])
+        self._add(LeftOutGround(area.id, difference(area.polygon, noted), reason) for area in self.template.areas)
+
+    def leave_out(self, outlines: Collection[str], reason: str) -> None:
+        """See `Remains`."""
+        self.notes = tuple(each._replace(reason=reason) if each.reason in outlines else each for each in self.notes)
+        self._reasons_left = None
+
+    def reason(self, area_id: str, patch: BaseGeometry) -> str:
+        """Return the reason for which most of a patch of uncovered ground was left out; "" if none explains most."""
+        found, most_m2 = "", 0.5 * patch.area
+        for reason in dict.fromkeys(each.reason for each in self.notes):
+            noted = union([each.ground for each in self.notes if (each.area_id, each.reason) == (area_id, reason)])
+            shared_m2 = float(intersection(noted, patch).area)
+            if shared_m2 > most_m2:
+                found, most_m2 = reason, shared_m2
+        return found
+
+    def _add(self, notes: Iterable[LeftOutGround]) -> None:
+        """Add notes."""
+        self.notes, self._reasons_left = (*self.notes, *notes), None
+
+    def _swept(self, trajectory: Trajectory) -> BaseGeometry:
+        """Return the ground that the tool passes over along a trajectory."""
+        return swept_ground(planned_tool_path(trajectory, self._vehicle)).swept
+
+    def _worthwhile(self, ground: BaseGeometry) -> BaseGeometry:
+        """Return the pieces of uncovered ground that are worth their time."""
+        return worthwhile_pieces(as_area(difference(ground, self.covered)), self._vehicle.tool.width_m)
+
+    def _within_reach(self, ground: BaseGeometry, area: Area, seen: Sequence[Polygon]) -> shapely.MultiPolygon:
+        """Return the pieces of ground of an area of which the tool can reach a worthwhile part."""
+        import shapely
+
+        boundary, body = self.template.boundary, self._vehicle.body.footprint_m
+        holes = [hole for each in self.template.areas for hole in each.holes]
+        kept_out = [*(each.corners for each in (*self.template.obstacles, *seen)), *holes]
+        inside = shapely.Polygon(boundary.corners if boundary is not None else area.outline)
+        free = free_ground(inside, [shapely.Polygon(each) for each in kept_out], self._options.margin_m)
+        return pieces_within_reach(ground, free, body, self._vehicle.tool.point_m, self._vehicle.tool.width_m)
+
+    def _beside(self, part: BaseGeometry, seen: Sequence[Polygon]) -> str:
+        """Return the id of the nearest outline within half the tool's width of a piece of ground; "" if none is."""
+        import shapely
+
+        near = [(float(part.distance(shapely.Polygon(each.corners))), each.id) for each in seen]
+        off_m, name = min(near, default=(0.0, ""))
+        return name if off_m <= 0.5 * self._vehicle.tool.width_m else ""

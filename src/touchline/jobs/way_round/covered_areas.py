@@ -1,0 +1,153 @@
+"""Areas that a robot has covered in several drives, and the patches that it has left out."""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from touchline.core.missed_patches import SMALLEST_M2
+from touchline.core.robust_overlay import as_area, difference
+from touchline.jobs.shared.joint_ground import JointGround, joint_ground
+from touchline.jobs.shared.joint_paint import Work
+from touchline.jobs.single.covered_picture import FIGURE_SIZE_IN, cover
+from touchline.recordings.writing import writing
+from touchline.schemas.messages import PaintMarks, Trajectory
+from touchline.schemas.plain_text import plain
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.plots.ground import MISSED
+from touchline.services.robot_sim.accounting.swept_ground import swept_ground
+from touchline.services.robot_sim.way_round.remains import OPERATOR, PLAN
+
+STRAIGHT_M: Final = 0.01
+"""Outlines of patches are simplified to straights within this distance."""
+
+
+class UncoveredPatch(NamedTuple):
+    """Patch of an area that is not covered.
+
+    Attributes:
+        area_id: Id of the area.
+        ground: The patch (m, map frame).
+        reason: As in `Remains`.
+    """
+
+    area_id: str
+    ground: shapely.Polygon
+    reason: str
+
+    @property
+    def words(self) -> str:
+        """Size, area, place and reason as text."""
+        why = {"": "not covered", OPERATOR: "left out by the operator"}.get(
+            self.reason, f'left out beside "{self.reason}"'
+        )
+        place = self.ground.representative_point()
+        return f'{self.ground.area:.2f} m² of "{self.area_id}" at ({place.x:.2f}, {place.y:.2f}): {why}'
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """The patch as figures of a report."""
+        outline = shapely.simplify(self.ground, STRAIGHT_M).exterior.coords[:-1]
+        return {
+            "area": self.area_id,
+            "size_m2": float(self.ground.area),
+            "outline_m": [[float(x), float(y)] for x, y in outline],
+            "reason": self.reason or "not covered",
+        }
+
+
+@dataclass(frozen=True)
+class CoveredAreas:
+    """Areas covered in several drives; see `WorkDone`.
+
+    Attributes:
+        template: The whole template.
+        ground: Ground covered in truth, against what the robot drove of its plans.
+        patches: Uncovered patches, the largest first.
+    """
+
+    template: Template
+    ground: JointGround
+    patches: tuple[UncoveredPatch, ...]
+
+    @property
+    def refusal(self) -> str:
+        """See `WorkDone`."""
+        report = self.ground.report
+        return "" if report.paint_accepted else f"the work is not accepted: {report.verdict}"
+
+    def figures(self) -> dict[str, Any]:
+        """See `WorkDone`."""
+        return {
+            "area": self.ground.figures(),
+            "uncovered": uncovered_figures(self.ground.area.missed_m2, self.patches),
+        }
+
+    def warnings(self) -> Iterator[str]:
+        """See `WorkDone`."""
+        return (each.words for each in self.patches if each.reason != PLAN)
+
+    def draw(self, strokes: Iterable[PaintMarks], path: Path) -> None:
+        """See `WorkDone`."""
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
+        axes = figure.add_subplot()
+        cover(axes, self.template, strokes, self.ground.caption())
+        for patch in self.patches:
+            if patch.reason != PLAN:
+                axes.plot(*patch.ground.exterior.xy, color=MISSED, linestyle=":", gid="uncovered")
+                place = patch.ground.representative_point()
+                name = plain(patch.reason or "not covered")
+                axes.annotate(
+                    name, (place.x, place.y), (3, -9), textcoords="offset points", color=MISSED, fontsize="x-small"
+                )
+        with writing(path):
+            figure.savefig(path, dpi=140)
+
+
+def uncovered_figures(total_m2: float, patches: Sequence[UncoveredPatch]) -> dict[str, Any]:
+    """Return what is not covered as figures of a report.
+
+    Args:
+        total_m2: Size of all that is not covered.
+        patches: The larger patches of it.
+    """
+    return {
+        "total_m2": total_m2,
+        "left_out_m2": math.fsum(each.ground.area for each in patches if each.reason != PLAN),
+        "patches": [each.figures for each in patches],
+    }
+
+
+def covered_areas(
+    template: Template,
+    vehicle: Vehicle,
+    driven: Sequence[Trajectory],
+    works: Sequence[Work],
+    reason: Callable[[str, BaseGeometry], str],
+) -> CoveredAreas:
+    """Evaluate all the ground together; takes a moment.
+
+    Args:
+        template: The whole template, areas only.
+        vehicle: The vehicle; its tool covers.
+        driven: Path that the robot drove of each of its plans.
+        works: True work of each drive.
+        reason: Returns the reason for which a patch of an area was left out.
+    """
+    swept = swept_ground([stroke for work in works for stroke in work.ledger.strokes()]).swept
+    parts = [
+        (area.id, part)
+        for area in template.areas
+        for part in shapely.get_parts(as_area(difference(area.polygon, swept))).tolist()
+        if part.area > SMALLEST_M2
+    ]
+    found = [UncoveredPatch(name, part, reason(name, part)) for name, part in parts]
+    found.sort(key=lambda each: -each.ground.area)
+    return CoveredAreas(template, joint_ground(template, vehicle, driven, works), tuple(found))

@@ -1,0 +1,117 @@
+"""A robot that meets what its plan does not know while it covers an area: it covers the rest, and says what is left."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+from numpy.typing import NDArray
+
+from tests.way_round.met import FIELD, LIDAR, MARKER
+from touchline.checking.check_files import check_file
+from touchline.jobs.single.simulation import Job, Products
+from touchline.jobs.way_round.covered_areas import CoveredAreas, UncoveredPatch
+from touchline.jobs.way_round.way_round_simulation import WayRoundDrives, WayRoundOutcome, simulate_way_round
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.robot_sim.accounting.area_raster import CELL_M, AreaRaster
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.way_round.remains import PLAN
+from touchline.services.robot_sim.way_round.way_round_job import covers_round
+
+pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
+
+SWEEPER = Vehicle.model_validate(
+    {"name": "sweeper", "sensors": [LIDAR], "tool": {"kind": "roller", "rolled_width_m": 1.0}}
+)
+YARD = Template.model_validate(
+    {"name": "yard", "areas": [{"id": "yard", "outline": [[0, 0], [12, 0], [12, 8], [0, 8]]}]}
+)
+PERSON = {"kind": "person", "name": "groundsman", "x_m": 8.1, "y_m": 3.0}
+# Touching up takes longest: it is left out here.
+JOB = Job.prepare(YARD, PlanOptions(coverage_pct=90.0, laps=1, swath_angle_deg=np.array([0.0])), SWEEPER)
+
+
+@dataclass(frozen=True)
+class Covered:
+    """The job with a person.
+
+    Attributes:
+        outcome: Its outcome.
+        work: The work, and what is left undone.
+        times: Passes over each cell (rows, columns) of a raster of the truth.
+    """
+
+    outcome: WayRoundOutcome
+    work: CoveredAreas
+    times: NDArray[np.uint8]
+
+    @property
+    def left_out(self) -> list[UncoveredPatch]:
+        """Patches that the plan of the whole area covers."""
+        return [each for each in self.work.patches if each.reason != PLAN]
+
+
+def covered(person: dict[str, object], record: Path | None = None) -> Covered:
+    emulator = Emulator(SWEEPER, Scenario.model_validate({"seed": 6, "objects": [person]}))
+    drives = WayRoundDrives(emulator, JOB)
+    outcome = simulate_way_round(JOB, emulator, Products(record=record, strokes=True), drives=drives)
+    raster = AreaRaster([area.polygon for area in YARD.areas], SWEEPER.tool.width_m)
+    raster.take(np.concatenate([work.ledger.rows(0) for work in drives.works]))
+    assert isinstance(outcome.work, CoveredAreas)
+    return Covered(outcome, outcome.work, raster.times)
+
+
+@pytest.fixture(scope="module")
+def stood(tmp_path_factory: pytest.TempPathFactory) -> Covered:
+    """The job with a person who stands in the middle for good, recorded."""
+    return covered(PERSON, tmp_path_factory.mktemp("round") / "round.mcap")
+
+
+def test_it_covers_the_rest_and_reports_the_ground_beside_the_person(stood: Covered, tmp_path: Path) -> None:
+    figures = stood.outcome.figures(JOB)
+    assert figures["success"] and "contacts" not in figures, figures["reason"]
+    assert figures["drives"][0].startswith("goes round ")
+    patch = stood.left_out[0]
+    assert patch.ground.contains(shapely.Point(PERSON["x_m"], PERSON["y_m"]))
+    assert patch.reason.split()[0] in ("thing", "person", "post")
+    assert f'left out beside "{patch.reason}"' in "".join(stood.work.warnings())
+    assert figures["uncovered"]["left_out_m2"] < 7.0
+    assert figures["uncovered"]["patches"][0]["size_m2"] == max(each.ground.area for each in stood.work.patches)
+    picture = tmp_path / "round.svg"
+    stood.work.draw(stood.outcome.strokes, picture)
+    assert 'id="uncovered"' in picture.read_text() and patch.reason in picture.read_text()
+
+
+def test_the_reported_patches_are_those_of_a_raster_of_the_truth(stood: Covered) -> None:
+    rows, columns = np.indices(stood.times.shape)
+    middles = shapely.points(CELL_M * (columns + 0.5), CELL_M * (rows + 0.5))
+    patches = shapely.union_all([each.ground for each in stood.work.patches])
+    empty, inside = stood.times == 0, shapely.contains(patches, middles)
+    astray = (empty != inside) & (shapely.distance(patches.boundary, middles) > CELL_M)
+    assert not (astray & inside).any(), "what is reported as uncovered is"
+    slivers_m2 = stood.work.ground.area.missed_m2 - patches.area
+    assert astray.sum() * CELL_M**2 <= slivers_m2 + 0.05, "what is not reported is covered, but for slivers"
+
+
+def test_a_recording_of_it_can_be_run_again(stood: Covered) -> None:
+    recording = stood.outcome.last.recording
+    assert recording is not None and recording["complete"]
+    (verdict,) = check_file("", Path(recording["path"]))
+    assert verdict.passed, verdict
+
+
+def test_what_has_gone_by_the_end_of_the_job_leaves_no_patch() -> None:
+    gone = covered({**PERSON, "motion": {"kind": "path", "points": [[8.1, 20.0]], "start_s": 90.0}})
+    figures = gone.outcome.figures(JOB)
+    assert figures["success"] and figures["drives"][0].startswith("goes round "), figures["reason"]
+    assert figures["drives"][-1] == "done" and sum(each.ground.area for each in gone.left_out) < 0.3
+
+
+def test_only_a_robot_with_a_lidar_and_a_tool_that_covers_goes_round_things_on_an_area() -> None:
+    assert covers_round(SWEEPER, YARD)
+    assert not covers_round(MARKER, YARD) and not covers_round(SWEEPER, FIELD)
+    assert not covers_round(SWEEPER.model_copy(update={"sensors": ()}), YARD)
