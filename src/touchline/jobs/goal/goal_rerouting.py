@@ -22,7 +22,7 @@ from touchline.schemas.messages import (
     TraversalStatus,
 )
 from touchline.schemas.plan_cause import PlanCause
-from touchline.services.planner.free_space.ground_ways import EVERYWHERE, WaySearch
+from touchline.services.planner.free_space.ground_ways import WaySearch
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
@@ -74,6 +74,7 @@ SQUARE_M: Final = 5.0
 """Room round all that is known, and grid of its edges: ways begun in one place and the next have the same ground."""
 FORWARD: Final = WaySearch(backs=False, thorough=False, spare_share=0.9)
 BOTH_WAYS: Final = FORWARD._replace(backs=True)
+AT_LAST: Final = BOTH_WAYS._replace(thorough=True)
 GO_ROUND: Final = "the robot goes round something"
 
 
@@ -157,7 +158,7 @@ class GoalRerouting:
         self._stops = STOPS_MAX
         pose = self._pose
         options = PlanOptions.model_validate({**dict(self._options), "start": pose})
-        found = self._with_margin(self._vehicle.protection.margin_m, options, None, WayAhead.at(pose), EVERYWHERE)
+        found = self._with_margin(self._needed_m, options, None, WayAhead.at(pose), AT_LAST)
         return None if found is None else self._drive(found, Taking.HERE)
 
     @property
