@@ -21,7 +21,9 @@ from touchline.services.planner.free_space.obstructed_ground import ObstructedGr
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose
 
 SECTORS = 72
-"""Sectors of heading that are checked at each place."""
+"""Sectors of heading that are checked at each place,"""
+SECTORS_FINER = 360
+"""and on a finer map: beside a wall, few headings of a body are free."""
 # Distance of the body from a corner that it drives round (m).
 OFF_M = 0.02
 # Spacing of samples of walls for the medial axis, and of the places on it (m).
@@ -54,9 +56,10 @@ class Roadmap:
             finer: Factor by which places are closer to each other and joined with more others.
         """
         self._body, self._nearest_places = body, ENTRIES * finer
+        self._sectors = SECTORS if finer == 1 else SECTORS_FINER
         corners, axis = _corner_places(body, CORNER_SPACING_M / finer), _axis_places(body, finer)
         self._places = np.concatenate((corners, axis))
-        self._vertex = _ranges(body.turning(self._places, SECTORS))
+        self._vertex = _ranges(body.turning(self._places, self._sectors))
         self._count = int(self._vertex.max(initial=-1)) + 1
         self._place = np.zeros(self._count, np.int64)
         rows, sectors = np.nonzero(self._vertex >= 0)
@@ -103,16 +106,16 @@ class Roadmap:
         off = np.hypot(*(self._places - (pose.x_m, pose.y_m)).T)
         near = np.argsort(off, kind="stable")[: self._nearest_places]
         ends = np.hstack((np.broadcast_to((pose.x_m, pose.y_m), (len(near), 2)), self._places[near]))
-        here = _ranges(self._body.turning(np.array([[pose.x_m, pose.y_m]]), SECTORS))[0]
+        here = _ranges(self._body.turning(np.array([[pose.x_m, pose.y_m]]), self._sectors))[0]
         allowed = here >= 0
         if not math.isnan(pose.heading_rad):
-            allowed &= here == here[_sector(np.array([pose.heading_rad]))[0]]
+            allowed &= here == here[_sector(np.array([pose.heading_rad]), self._sectors)[0]]
         for sign, heading in self._headings(ends):
             if not self._body.backs and sign != ahead:
                 continue
             vertices = self._vertices(near, heading)
             fits = (vertices >= 0) & ~np.isnan(heading)
-            fits &= allowed[_sector(heading)]
+            fits &= allowed[_sector(heading, self._sectors)]
             better = fits & (off[near] + STOP_M < costs[vertices])
             costs[vertices[better]], signs[vertices[better]] = off[near][better] + STOP_M, sign
         return costs, signs
@@ -127,7 +130,7 @@ class Roadmap:
 
     def _vertices(self, places: Ints, headings: Floats) -> Ints:
         """Vertices of places at headings; −1 where the body cannot turn there."""
-        return self._vertex[places, _sector(headings)]
+        return self._vertex[places, _sector(headings, self._sectors)]
 
     def _sign(self, a: int, b: int) -> float:
         """Direction of the cheapest straight from one vertex to another."""
@@ -140,9 +143,9 @@ def _row(pose: PathPose, sign: float = 1.0) -> tuple[float, float, float]:
     return pose.x_m, pose.y_m, sign
 
 
-def _sector(headings: Floats) -> Ints:
-    found = np.floor(np.nan_to_num(headings) % math.tau / math.tau * SECTORS).astype(np.int64)
-    return np.minimum(found, SECTORS - 1)
+def _sector(headings: Floats, sectors: int) -> Ints:
+    found = np.floor(np.nan_to_num(headings) % math.tau / math.tau * sectors).astype(np.int64)
+    return np.minimum(found, sectors - 1)
 
 
 def _ranges(free: NDArray[np.bool_]) -> Ints:
