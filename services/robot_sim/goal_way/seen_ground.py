@@ -29,6 +29,10 @@ _MOST: Final = 6
 _NEWER: Final = 0.2
 """Share of the newest return in the mean place of a cell's."""
 _RETURN: Final = 2
+_DOUBTFUL: Final = 1
+"""Evidence of a return between a nearer and a farther neighbour: a beam split over an edge gives such ones, too."""
+_EDGE_M: Final = 0.1
+"""Difference in range between neighbours from which there is an edge."""
 FREE: Final = -1
 """Evidence of a cell that beams have passed."""
 FADED_S: Final = 60.0
@@ -80,6 +84,21 @@ def _move(cells: _Cells, x: int, y: int) -> None:
     corner[0], corner[1] = x, y
 
 
+@kernel
+def _range_m(beams: Beams, b: int) -> float:
+    return math.inf if beams.kind[b] == NOTHING else float(beams.range_m[b])
+
+
+@kernel
+def _between(beams: Beams, b: int) -> bool:
+    """Return whether a return is farther than the one on one side and nearer than the one on the other."""
+    if b == 0 or b == len(beams.kind) - 1:
+        return False
+    before_m, here_m, after_m = _range_m(beams, b - 1), _range_m(beams, b), _range_m(beams, b + 1)
+    nearer_m, farther_m = min(before_m, after_m), max(before_m, after_m)
+    return nearer_m + _EDGE_M < here_m < farther_m - _EDGE_M
+
+
 @borrowing
 def _enter_scan(beams: Beams, counts: Flags, free_m: float, tick: int, scan: int, cells: _Cells) -> None:
     """Enter a scan: cells with returns gain evidence, those that beams pass lose some."""
@@ -93,7 +112,8 @@ def _enter_scan(beams: Beams, counts: Flags, free_m: float, tick: int, scan: int
                 for k in range(2):
                     cells.place_m[i, j, k] += share * (beams.points_m[b, k] - cells.place_m[i, j, k])
                 if cells.marks[i, j] != scan:
-                    cells.evidence[i, j] = min(max(cells.evidence[i, j], 0) + _RETURN, _MOST)
+                    gained = _DOUBTFUL if _between(beams, b) else _RETURN
+                    cells.evidence[i, j] = min(max(cells.evidence[i, j], 0) + gained, _MOST)
                     cells.marks[i, j], cells.seen_tick[i, j] = scan, tick
     for b in range(len(beams.kind)):
         if beams.kind[b] == UNUSABLE:
