@@ -29,10 +29,10 @@ _MOST: Final = 6
 _NEWER: Final = 0.2
 """Share of the newest return in the mean place of a cell's."""
 _RETURN: Final = 2
-_DOUBTFUL: Final = 1
-"""Evidence of a return between a nearer and a farther neighbour: a beam split over an edge gives such ones, too."""
 _EDGE_M: Final = 0.1
-"""Difference in range between neighbours from which there is an edge."""
+_EDGE_SPACINGS: Final = 7.0
+"""Difference in range between neighbours from which there is an edge: the least one, and over the spacing of beams, as
+that of a surface seen at 8 degrees."""
 FREE: Final = -1
 """Evidence of a cell that beams have passed."""
 FADED_S: Final = 60.0
@@ -90,13 +90,15 @@ def _range_m(beams: Beams, b: int) -> float:
 
 
 @kernel
-def _between(beams: Beams, b: int) -> bool:
-    """Return whether a return is farther than the one on one side and nearer than the one on the other."""
+def _is_split(beams: Beams, b: int) -> bool:
+    """Return whether a return is between a nearer and a farther neighbour, as that of a beam split over an edge is."""
     if b == 0 or b == len(beams.kind) - 1:
         return False
     before_m, here_m, after_m = _range_m(beams, b - 1), _range_m(beams, b), _range_m(beams, b + 1)
-    nearer_m, farther_m = min(before_m, after_m), max(before_m, after_m)
-    return nearer_m + _EDGE_M < here_m < farther_m - _EDGE_M
+    ray, following = beams.rays[b], beams.rays[b + 1]
+    spacing_m = here_m * abs(ray[2] * following[3] - ray[3] * following[2])
+    edge_m = max(_EDGE_M, _EDGE_SPACINGS * spacing_m)
+    return min(before_m, after_m) + edge_m < here_m < max(before_m, after_m) - edge_m
 
 
 @borrowing
@@ -104,7 +106,7 @@ def _enter_scan(beams: Beams, counts: Flags, free_m: float, tick: int, scan: int
     """Enter a scan: cells with returns gain evidence, those that beams pass lose some."""
     x, y = cells.corner[0], cells.corner[1]
     for b in range(len(beams.kind)):
-        if counts[b]:
+        if counts[b] and not _is_split(beams, b):
             i, j = math.floor(beams.points_m[b, 0] / CELL_M), math.floor(beams.points_m[b, 1] / CELL_M)
             if x <= i < x + SIDE and y <= j < y + SIDE:
                 i, j = i & _MASK, j & _MASK
@@ -112,8 +114,7 @@ def _enter_scan(beams: Beams, counts: Flags, free_m: float, tick: int, scan: int
                 for k in range(2):
                     cells.place_m[i, j, k] += share * (beams.points_m[b, k] - cells.place_m[i, j, k])
                 if cells.marks[i, j] != scan:
-                    gained = _DOUBTFUL if _between(beams, b) else _RETURN
-                    cells.evidence[i, j] = min(max(cells.evidence[i, j], 0) + gained, _MOST)
+                    cells.evidence[i, j] = min(max(cells.evidence[i, j], 0) + _RETURN, _MOST)
                     cells.marks[i, j], cells.seen_tick[i, j] = scan, tick
     for b in range(len(beams.kind)):
         if beams.kind[b] == UNUSABLE:
