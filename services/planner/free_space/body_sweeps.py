@@ -6,7 +6,7 @@ import numpy as np
 
 from touchline.core.jit import kernel
 from touchline.core.polygons import off_squared
-from touchline.services.planner.free_space.walls import Walls
+from touchline.services.planner.free_space.wall_grid import WallGrid
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 
 # Step of a turn on the spot (rad).
@@ -14,7 +14,7 @@ SPIN_STEP_RAD = math.radians(3.0)
 
 
 @kernel
-def swept_free(poses: Floats, corners: Floats, sizes: Ints, walls: Walls, slack_m: float) -> bool:
+def swept_free(poses: Floats, corners: Floats, sizes: Ints, walls: WallGrid, slack_m: float) -> bool:
     """True if no wall is in the ground that a body sweeps from each pose to the next.
 
     That ground is the convex hull of each convex part at both poses, exact for straights, and `slack_m` round it, which
@@ -78,7 +78,7 @@ def _hull(points: Floats, count: int, hull: Floats) -> int:
 
 
 @kernel
-def _meets(hull: Floats, count: int, walls: Walls, slack_m: float) -> bool:
+def _meets(hull: Floats, count: int, walls: WallGrid, slack_m: float) -> bool:
     """True if a wall meets a convex polygon whose sides are moved outward by `slack_m`.
 
     Cyrus and Beck, "Generalized two- and three-dimensional clipping", Computers & Graphics 3(1), 1978.
@@ -103,7 +103,7 @@ def _meets(hull: Floats, count: int, walls: Walls, slack_m: float) -> bool:
 
 
 @kernel
-def _cells(low_m: float, high_m: float, walls: Walls, axis: int) -> tuple[int, int]:
+def _cells(low_m: float, high_m: float, walls: WallGrid, axis: int) -> tuple[int, int]:
     """Return the first and the last cell along an axis that a span meets; the last is before the first for none."""
     first = math.floor((low_m - walls.low[axis]) / walls.side_m)
     last = math.floor((high_m - walls.low[axis]) / walls.side_m)
@@ -135,7 +135,7 @@ def _crosses(hull: Floats, count: int, edge: Floats, slack_m: float) -> bool:
 
 
 @kernel
-def drives_free(pairs: Floats, corners: Floats, sizes: Ints, walls: Walls) -> Ints:
+def drives_free(pairs: Floats, corners: Floats, sizes: Ints, walls: WallGrid) -> Ints:
     """Find the straights that the body can drive, forward or backward.
 
     Args:
@@ -160,7 +160,7 @@ def drives_free(pairs: Floats, corners: Floats, sizes: Ints, walls: Walls) -> In
 
 
 @kernel
-def headings_free(places: Floats, corners: Floats, sizes: Ints, walls: Walls, count: int) -> Floats:
+def headings_free(places: Floats, corners: Floats, sizes: Ints, walls: WallGrid, count: int) -> Floats:
     """Find the sectors of heading through which the body can turn on the spot.
 
     Args:
@@ -193,7 +193,7 @@ def headings_free(places: Floats, corners: Floats, sizes: Ints, walls: Walls, co
 
 
 @kernel
-def turn_free(pose: Floats, turn_rad: float, corners: Floats, sizes: Ints, walls: Walls) -> bool:
+def turn_free(pose: Floats, turn_rad: float, corners: Floats, sizes: Ints, walls: WallGrid) -> bool:
     """True if the body can turn on the spot; the pose itself is taken to be free.
 
     Args:
@@ -218,7 +218,7 @@ def turn_free(pose: Floats, turn_rad: float, corners: Floats, sizes: Ints, walls
 
 
 @kernel
-def _off_walls(x_m: float, y_m: float, most_m: float, walls: Walls) -> float:
+def _off_walls(x_m: float, y_m: float, most_m: float, walls: WallGrid) -> float:
     """Distance of a place from the walls (m), if it is `most_m` at most; else more than that."""
     least, point = math.inf, complex(x_m, y_m)
     first_i, last_i = _cells(x_m - most_m, x_m + most_m, walls, 0)
@@ -232,7 +232,7 @@ def _off_walls(x_m: float, y_m: float, most_m: float, walls: Walls) -> float:
 
 
 @kernel
-def off_walls(places: Floats, most_m: float, walls: Walls) -> Floats:
+def off_walls(places: Floats, most_m: float, walls: WallGrid) -> Floats:
     """Find the distances (n,) of places (n, 2) from the walls (m), as far as they are `most_m` at most; else more."""
     found = np.empty(len(places))
     for p in range(len(places)):
@@ -241,7 +241,9 @@ def off_walls(places: Floats, most_m: float, walls: Walls) -> Floats:
 
 
 @kernel
-def legs_turns(legs: Floats, entry_rad: float, exit_rad: float, corners: Floats, sizes: Ints, walls: Walls) -> Floats:
+def legs_turns(
+    legs: Floats, entry_rad: float, exit_rad: float, corners: Floats, sizes: Ints, walls: WallGrid
+) -> Floats:
     """Find free turns on the spot for straights one after the other, which are checked, too.
 
     Args:

@@ -18,7 +18,7 @@ from touchline.services.planner.free_space.body_sweeps import (
     swept_free,
 )
 from touchline.services.planner.free_space.obstructed_ground import ObstructedGround
-from touchline.services.planner.free_space.walls import Walls
+from touchline.services.planner.free_space.wall_grid import WallGrid
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose
 
 # A stop costs as much as driving this far (m), so that of ways of about the same length the one with fewer is taken.
@@ -67,7 +67,7 @@ class WalledBody(NamedTuple):
 
     corners: Floats
     sizes: Ints
-    walls: Walls
+    walls: WallGrid
     ground: ObstructedGround
     backs: bool = True
 

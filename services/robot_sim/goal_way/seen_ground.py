@@ -98,7 +98,7 @@ def _is_split(beams: Beams, b: int) -> bool:
     ray, following = beams.rays[b], beams.rays[b + 1]
     spacing_m = here_m * abs(ray[2] * following[3] - ray[3] * following[2])
     edge_m = max(_EDGE_M, _EDGE_SPACINGS * spacing_m)
-    return min(before_m, after_m) + edge_m < here_m < max(before_m, after_m) - edge_m
+    return bool(min(before_m, after_m) + edge_m < here_m < max(before_m, after_m) - edge_m)
 
 
 @borrowing

@@ -13,7 +13,7 @@ SIDE_M: Final = 0.5
 CELLS_MAX: Final = 200
 
 
-class Walls(NamedTuple):
+class WallGrid(NamedTuple):
     """Edges of obstructed ground, and which of them are in or near each square cell of a grid.
 
     Attributes:
