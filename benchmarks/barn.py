@@ -24,7 +24,10 @@ from touchline.schemas.setup import Setup
 VEHICLE = "examples/vehicles/jackal-lidar.json"
 START, GOAL = {"x_m": -2.25, "y_m": 3.0, "heading_rad": math.pi / 2.0}, (-2.25, 13.0)
 RADIUS_M, NEAR_M, LONGEST_S, FASTEST_MPS = 0.075, 1.0, 100.0, 2.0
-SMALL = Small({}, ())
+SMALL = Small(
+    {"worlds": 1},
+    ("world #: reached, # contacts, # s, score #", "success # %, contacts #, score #", "time of successes # s"),
+)
 
 
 def main(data: str = "", worlds: int = 50, runs: int = 1) -> None:

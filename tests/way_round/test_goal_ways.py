@@ -4,6 +4,8 @@ import math
 from itertools import pairwise
 from typing import Any
 
+import pytest
+
 from tests.way_round.met import LIDAR
 from touchline.jobs.goal.goal_simulation import GoalDrive, drive_to_goal
 from touchline.jobs.single.simulation import Products
@@ -66,6 +68,7 @@ def test_a_robot_goes_on_after_a_person_who_crosses() -> None:
     assert not hits(done)
 
 
+@pytest.mark.full  # the proof takes a minute
 def test_a_closed_room_is_told_as_no_way() -> None:
     done = going(*wall((10.0, -2.0), (14.0, -2.0), (14.0, 2.0), (10.0, 2.0), (10.0, -2.0)))
     assert "no way" in done.problem

@@ -6,6 +6,7 @@ import numpy as np
 
 from touchline.core.jit import kernel
 from touchline.core.polygons import off_squared
+from touchline.services.planner.free_space.wall_grid import WallGrid
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 
 # Step of a turn on the spot (rad).
@@ -13,7 +14,7 @@ SPIN_STEP_RAD = math.radians(3.0)
 
 
 @kernel
-def swept_free(poses: Floats, corners: Floats, sizes: Ints, walls: Floats, slack_m: float) -> bool:
+def swept_free(poses: Floats, corners: Floats, sizes: Ints, walls: WallGrid, slack_m: float) -> bool:
     """True if no wall is in the ground that a body sweeps from each pose to the next.
 
     That ground is the convex hull of each convex part at both poses, exact for straights, and `slack_m` round it, which
@@ -23,7 +24,7 @@ def swept_free(poses: Floats, corners: Floats, sizes: Ints, walls: Floats, slack
         poses: (n, 3) x (m), y (m), heading (rad), in driving order.
         corners: (k, 2) corners of the convex parts, one part after the other, counter-clockwise, in the body's frame.
         sizes: (parts,) number of corners of each part.
-        walls: (m, 4) x₁ y₁ x₂ y₂ (m).
+        walls: Edges of the obstructed ground.
         slack_m: Growth of the hull (m).
     """
     largest = 0
@@ -77,7 +78,7 @@ def _hull(points: Floats, count: int, hull: Floats) -> int:
 
 
 @kernel
-def _meets(hull: Floats, count: int, walls: Floats, slack_m: float) -> bool:
+def _meets(hull: Floats, count: int, walls: WallGrid, slack_m: float) -> bool:
     """True if a wall meets a convex polygon whose sides are moved outward by `slack_m`.
 
     Cyrus and Beck, "Generalized two- and three-dimensional clipping", Computers & Graphics 3(1), 1978.
@@ -87,34 +88,54 @@ def _meets(hull: Floats, count: int, walls: Floats, slack_m: float) -> bool:
         left, right = min(left, hull[i, 0]), max(right, hull[i, 0])
         low, high = min(low, hull[i, 1]), max(high, hull[i, 1])
     left, low, right, high = left - slack_m, low - slack_m, right + slack_m, high + slack_m
-    for w in range(len(walls)):
-        ax, ay, bx, by = walls[w, 0], walls[w, 1], walls[w, 2], walls[w, 3]
-        if max(ax, bx) < left or min(ax, bx) > right or max(ay, by) < low or min(ay, by) > high:
-            continue
-        enter, leave = 0.0, 1.0
-        for i in range(count):
-            j = i + 1 if i + 1 < count else 0
-            nx, ny = hull[j, 1] - hull[i, 1], hull[i, 0] - hull[j, 0]
-            limit = slack_m * math.sqrt(nx * nx + ny * ny)
-            off = nx * (ax - hull[i, 0]) + ny * (ay - hull[i, 1]) - limit
-            change = nx * (bx - ax) + ny * (by - ay)
-            if change == 0.0:
-                if off > 0.0:
-                    leave = -1.0
-                    break
-            elif change > 0.0:
-                leave = min(leave, -off / change)
-            else:
-                enter = max(enter, -off / change)
-            if enter > leave:
-                break
-        if enter <= leave:
-            return True
+    first_i, last_i = _cells(left, right, walls, 0)
+    first_j, last_j = _cells(low, high, walls, 1)
+    for i in range(first_i, last_i + 1):
+        row = i * walls.shape[1]
+        for k in range(walls.begins[row + first_j], walls.begins[row + last_j + 1]):
+            edge = walls.edges[walls.within[k]]
+            ax, ay, bx, by = edge[0], edge[1], edge[2], edge[3]
+            if max(ax, bx) < left or min(ax, bx) > right or max(ay, by) < low or min(ay, by) > high:
+                continue
+            if _crosses(hull, count, edge, slack_m):
+                return True
     return False
 
 
 @kernel
-def drives_free(pairs: Floats, corners: Floats, sizes: Ints, walls: Floats) -> Ints:
+def _cells(low_m: float, high_m: float, walls: WallGrid, axis: int) -> tuple[int, int]:
+    """Return the first and the last cell along an axis that a span meets; the last is before the first for none."""
+    first = math.floor((low_m - walls.low[axis]) / walls.side_m)
+    last = math.floor((high_m - walls.low[axis]) / walls.side_m)
+    if last < 0 or first >= walls.shape[axis]:
+        return 0, -1
+    return max(first, 0), min(last, walls.shape[axis] - 1)
+
+
+@kernel
+def _crosses(hull: Floats, count: int, edge: Floats, slack_m: float) -> bool:
+    """True if an edge (4,) meets a convex polygon; see `_meets`."""
+    enter, leave = 0.0, 1.0
+    for i in range(count):
+        j = i + 1 if i + 1 < count else 0
+        nx, ny = hull[j, 1] - hull[i, 1], hull[i, 0] - hull[j, 0]
+        limit = slack_m * math.sqrt(nx * nx + ny * ny)
+        off = nx * (edge[0] - hull[i, 0]) + ny * (edge[1] - hull[i, 1]) - limit
+        change = nx * (edge[2] - edge[0]) + ny * (edge[3] - edge[1])
+        if change == 0.0:
+            if off > 0.0:
+                return False
+        elif change > 0.0:
+            leave = min(leave, -off / change)
+        else:
+            enter = max(enter, -off / change)
+        if enter > leave:
+            return False
+    return True
+
+
+@kernel
+def drives_free(pairs: Floats, corners: Floats, sizes: Ints, walls: WallGrid) -> Ints:
     """Find the straights that the body can drive, forward or backward.
 
     Args:
@@ -139,7 +160,7 @@ def drives_free(pairs: Floats, corners: Floats, sizes: Ints, walls: Floats) -> I
 
 
 @kernel
-def headings_free(places: Floats, corners: Floats, sizes: Ints, walls: Floats, count: int) -> Floats:
+def headings_free(places: Floats, corners: Floats, sizes: Ints, walls: WallGrid, count: int) -> Floats:
     """Find the sectors of heading through which the body can turn on the spot.
 
     Args:
@@ -160,6 +181,9 @@ def headings_free(places: Floats, corners: Floats, sizes: Ints, walls: Floats, c
     slack = reach * (1.0 - math.cos(0.5 * width))
     poses = np.empty((2, 3))
     for p in range(len(places)):
+        if _off_walls(places[p, 0], places[p, 1], reach + slack, walls) > reach + slack:
+            found[p] = 1.0
+            continue
         poses[:, 0], poses[:, 1] = places[p, 0], places[p, 1]
         for k in range(count):
             poses[0, 2], poses[1, 2] = k * width, (k + 1) * width
@@ -169,7 +193,7 @@ def headings_free(places: Floats, corners: Floats, sizes: Ints, walls: Floats, c
 
 
 @kernel
-def turn_free(pose: Floats, turn_rad: float, corners: Floats, sizes: Ints, walls: Floats) -> bool:
+def turn_free(pose: Floats, turn_rad: float, corners: Floats, sizes: Ints, walls: WallGrid) -> bool:
     """True if the body can turn on the spot; the pose itself is taken to be free.
 
     Args:
@@ -185,7 +209,7 @@ def turn_free(pose: Floats, turn_rad: float, corners: Floats, sizes: Ints, walls
     reach = 0.0
     for c in range(len(corners)):
         reach = max(reach, math.hypot(corners[c, 0], corners[c, 1]))
-    if _off_walls(pose, walls) > reach:
+    if _off_walls(pose[0], pose[1], reach, walls) > reach:
         return True
     poses = np.empty((steps + 1, 3))
     for k in range(steps + 1):
@@ -194,17 +218,32 @@ def turn_free(pose: Floats, turn_rad: float, corners: Floats, sizes: Ints, walls
 
 
 @kernel
-def _off_walls(pose: Floats, walls: Floats) -> float:
-    """Distance of a place from the walls (m)."""
-    least, point = math.inf, complex(pose[0], pose[1])
-    for w in range(len(walls)):
-        a, b = complex(walls[w, 0], walls[w, 1]), complex(walls[w, 2], walls[w, 3])
-        least = min(least, off_squared(point, a, b))
+def _off_walls(x_m: float, y_m: float, most_m: float, walls: WallGrid) -> float:
+    """Distance of a place from the walls (m), if it is `most_m` at most; else more than that."""
+    least, point = math.inf, complex(x_m, y_m)
+    first_i, last_i = _cells(x_m - most_m, x_m + most_m, walls, 0)
+    first_j, last_j = _cells(y_m - most_m, y_m + most_m, walls, 1)
+    for i in range(first_i, last_i + 1):
+        row = i * walls.shape[1]
+        for k in range(walls.begins[row + first_j], walls.begins[row + last_j + 1]):
+            edge = walls.edges[walls.within[k]]
+            least = min(least, off_squared(point, complex(edge[0], edge[1]), complex(edge[2], edge[3])))
     return math.sqrt(least)
 
 
 @kernel
-def legs_turns(legs: Floats, entry_rad: float, exit_rad: float, corners: Floats, sizes: Ints, walls: Floats) -> Floats:
+def off_walls(places: Floats, most_m: float, walls: WallGrid) -> Floats:
+    """Find the distances (n,) of places (n, 2) from the walls (m), as far as they are `most_m` at most; else more."""
+    found = np.empty(len(places))
+    for p in range(len(places)):
+        found[p] = _off_walls(places[p, 0], places[p, 1], most_m, walls)
+    return found
+
+
+@kernel
+def legs_turns(
+    legs: Floats, entry_rad: float, exit_rad: float, corners: Floats, sizes: Ints, walls: WallGrid
+) -> Floats:
     """Find free turns on the spot for straights one after the other, which are checked, too.
 
     Args:

@@ -10,8 +10,15 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from touchline.services.planner.free_space.body_sweeps import drives_free, headings_free, legs_turns, swept_free
+from touchline.services.planner.free_space.body_sweeps import (
+    drives_free,
+    headings_free,
+    legs_turns,
+    off_walls,
+    swept_free,
+)
 from touchline.services.planner.free_space.obstructed_ground import ObstructedGround
+from touchline.services.planner.free_space.wall_grid import WallGrid
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose
 
 # A stop costs as much as driving this far (m), so that of ways of about the same length the one with fewer is taken.
@@ -60,7 +67,7 @@ class WalledBody(NamedTuple):
 
     corners: Floats
     sizes: Ints
-    walls: Floats
+    walls: WallGrid
     ground: ObstructedGround
     backs: bool = True
 
@@ -95,6 +102,10 @@ class WalledBody(NamedTuple):
     def turning(self, places: Floats, sectors: int) -> NDArray[np.bool_]:
         """Find free sectors of heading (n, sectors) at places (n, 2)."""
         return np.asarray(headings_free(places, self.corners, self.sizes, self.walls, sectors)) > 0.0
+
+    def off_walls(self, places: Floats, most_m: float) -> Floats:
+        """Find the distances (n,) of places (n, 2) from the walls; see `body_sweeps.off_walls`."""
+        return np.asarray(off_walls(places, most_m, self.walls))
 
     def turns(self, places: Floats, entry_rad: float, exit_rad: float) -> Floats:
         """Find the turns of straights; see `body_sweeps.legs_turns`."""

@@ -11,6 +11,7 @@ import shapely
 
 from touchline.core.robust_overlay import as_area, buffer, difference, union
 from touchline.services.planner.free_space.convex_parts import convex_parts
+from touchline.services.planner.free_space.wall_grid import WallGrid
 from touchline.services.planner.geometry.clothoid import Floats
 
 # Without a boundary the ground goes on this far (m) beyond everything that is known.
@@ -49,11 +50,11 @@ class ObstructedGround:
         return cls(as_area(difference(boundary, union(obstacles))))
 
     @cached_property
-    def walls(self) -> Floats:
-        """Edges (n, 4) x₁ y₁ x₂ y₂ of the obstructed ground (m)."""
+    def walls(self) -> WallGrid:
+        """Edges of the obstructed ground."""
         rings = [ring for part in shapely.get_parts(self.free) for ring in (part.exterior, *part.interiors)]
         corners = [shapely.get_coordinates(ring) for ring in rings]
-        return np.concatenate([np.empty((0, 4)), *(np.hstack((ring[:-1], ring[1:])) for ring in corners)])
+        return WallGrid.of(np.concatenate([np.empty((0, 4)), *(np.hstack((ring[:-1], ring[1:])) for ring in corners)]))
 
     @cached_property
     def obstructed(self) -> list[Floats]:

@@ -7,19 +7,23 @@ the medial axis of the free ground. At a place the body may turn within each ran
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from touchline.core.robust_overlay import as_area, buffer
+from touchline.core.robust_overlay import as_area, buffer, difference, union
 from touchline.services.planner.free_space.body_sweeps import cheapest
 from touchline.services.planner.free_space.legs import STOP_M, Legs, WalledBody
+from touchline.services.planner.free_space.obstructed_ground import ObstructedGround
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose
 
 SECTORS = 72
-"""Sectors of heading that are checked at each place."""
+"""Sectors of heading that are checked at each place,"""
+SECTORS_FINER = 360
+"""and on a finer map: beside a wall, few headings of a body are free."""
 # Distance of the body from a corner that it drives round (m).
 OFF_M = 0.02
 # Spacing of samples of walls for the medial axis, and of the places on it (m).
@@ -34,6 +38,8 @@ CORNER_SPACING_M, SIMPLIFIED_M = 0.05, 0.02
 CORNERS, NEAREST = 60, 30
 # Number of nearest places that a start or a goal is joined with.
 ENTRIES = 500
+# Grounds whose medial axes are kept.
+GROUNDS_KEPT = 8
 
 
 class Roadmap:
@@ -50,9 +56,10 @@ class Roadmap:
             finer: Factor by which places are closer to each other and joined with more others.
         """
         self._body, self._nearest_places = body, ENTRIES * finer
+        self._sectors = SECTORS if finer == 1 else SECTORS_FINER
         corners, axis = _corner_places(body, CORNER_SPACING_M / finer), _axis_places(body, finer)
         self._places = np.concatenate((corners, axis))
-        self._vertex = _ranges(body.turning(self._places, SECTORS))
+        self._vertex = _ranges(body.turning(self._places, self._sectors))
         self._count = int(self._vertex.max(initial=-1)) + 1
         self._place = np.zeros(self._count, np.int64)
         rows, sectors = np.nonzero(self._vertex >= 0)
@@ -99,16 +106,16 @@ class Roadmap:
         off = np.hypot(*(self._places - (pose.x_m, pose.y_m)).T)
         near = np.argsort(off, kind="stable")[: self._nearest_places]
         ends = np.hstack((np.broadcast_to((pose.x_m, pose.y_m), (len(near), 2)), self._places[near]))
-        here = _ranges(self._body.turning(np.array([[pose.x_m, pose.y_m]]), SECTORS))[0]
+        here = _ranges(self._body.turning(np.array([[pose.x_m, pose.y_m]]), self._sectors))[0]
         allowed = here >= 0
         if not math.isnan(pose.heading_rad):
-            allowed &= here == here[_sector(np.array([pose.heading_rad]))[0]]
+            allowed &= here == here[_sector(np.array([pose.heading_rad]), self._sectors)[0]]
         for sign, heading in self._headings(ends):
             if not self._body.backs and sign != ahead:
                 continue
             vertices = self._vertices(near, heading)
             fits = (vertices >= 0) & ~np.isnan(heading)
-            fits &= allowed[_sector(heading)]
+            fits &= allowed[_sector(heading, self._sectors)]
             better = fits & (off[near] + STOP_M < costs[vertices])
             costs[vertices[better]], signs[vertices[better]] = off[near][better] + STOP_M, sign
         return costs, signs
@@ -123,7 +130,7 @@ class Roadmap:
 
     def _vertices(self, places: Ints, headings: Floats) -> Ints:
         """Vertices of places at headings; −1 where the body cannot turn there."""
-        return self._vertex[places, _sector(headings)]
+        return self._vertex[places, _sector(headings, self._sectors)]
 
     def _sign(self, a: int, b: int) -> float:
         """Direction of the cheapest straight from one vertex to another."""
@@ -136,9 +143,9 @@ def _row(pose: PathPose, sign: float = 1.0) -> tuple[float, float, float]:
     return pose.x_m, pose.y_m, sign
 
 
-def _sector(headings: Floats) -> Ints:
-    found = np.floor(np.nan_to_num(headings) % math.tau / math.tau * SECTORS).astype(np.int64)
-    return np.minimum(found, SECTORS - 1)
+def _sector(headings: Floats, sectors: int) -> Ints:
+    found = np.floor(np.nan_to_num(headings) % math.tau / math.tau * sectors).astype(np.int64)
+    return np.minimum(found, sectors - 1)
 
 
 def _ranges(free: NDArray[np.bool_]) -> Ints:
@@ -156,37 +163,61 @@ def _corner_places(body: WalledBody, spacing_m: float) -> Floats:
     sides = body.corners[:, 1]
     found = [np.empty((0, 2))]
     for off in sorted({float(sides.max()), float(-sides.min()), body.reach_m}):
-        kept = as_area(buffer(body.ground.free, -off - OFF_M, join_style="mitre")).simplify(SIMPLIFIED_M)
+        kept = _kept_off(body.ground.free, off + OFF_M).simplify(SIMPLIFIED_M)
         found.append(shapely.get_coordinates(kept))
     return _thinned(np.concatenate(found), spacing_m)
+
+
+def _kept_off(free: shapely.Polygon | shapely.MultiPolygon, off_m: float) -> shapely.Polygon | shapely.MultiPolygon:
+    """Ground less a margin; hole by hole, which is many times quicker than all at once."""
+    parts = []
+    for part in shapely.get_parts(free):
+        holes = [buffer(shapely.Polygon(ring), off_m, join_style="mitre") for ring in part.interiors]
+        parts.append(difference(buffer(shapely.Polygon(part.exterior), -off_m, join_style="mitre"), union(holes)))
+    return as_area(union(parts))
 
 
 def _axis_places(body: WalledBody, finer: int) -> Floats:
     """Places in the middle between walls, where the narrowest part of the body has room."""
     coarser = max(body.ground.free.length / SAMPLE_M / SAMPLES_MAX, 1.0) / finer
-    samples = shapely.MultiPoint(
-        shapely.get_coordinates(shapely.segmentize(body.ground.free, SAMPLE_M * coarser / NARROW))
-    )
-    vertices = shapely.get_coordinates(shapely.voronoi_polygons(samples, only_edges=True))
+    vertices = _axis(body.ground, SAMPLE_M * coarser / NARROW)
     least = min(float(body.corners[:, 1].max()), float(-body.corners[:, 1].min()))
-    room, wide = (as_area(buffer(body.ground.free, -off)) for off in (0.9 * least, body.reach_m))
-    shapely.prepare((room, wide))
-    vertices = vertices[shapely.contains_xy(room, vertices)]
-    turns = shapely.contains_xy(wide, vertices)
-    narrow = _thinned(vertices[~turns], SPACING_M * coarser / NARROW)
-    return np.concatenate((narrow, _thinned(vertices[turns], SPACING_M * coarser)))
+    off_m = body.off_walls(vertices, body.reach_m)
+    turns, narrow = off_m > body.reach_m, (off_m > 0.9 * least) & (off_m <= body.reach_m)
+    narrow_places = _thinned(vertices[narrow], SPACING_M * coarser / NARROW)
+    return np.concatenate((narrow_places, _thinned(vertices[turns], SPACING_M * coarser)))
+
+
+@lru_cache(GROUNDS_KEPT)
+def _axis(ground: ObstructedGround, spacing_m: float) -> Floats:
+    """Vertices (n, 2) of the Voronoi diagram of samples of the walls; the same for every margin."""
+    samples = shapely.MultiPoint(shapely.get_coordinates(shapely.segmentize(ground.free, spacing_m)))
+    vertices = shapely.get_coordinates(shapely.voronoi_polygons(samples, only_edges=True))
+    shapely.prepare(ground.free)
+    return np.ascontiguousarray(vertices[shapely.contains_xy(ground.free, vertices)])
 
 
 def _thinned(places: Floats, spacing_m: float) -> Floats:
     """One of the places (n, 2) in each square of a grid."""
-    _, kept = np.unique(np.floor(places / spacing_m).astype(np.int64), axis=0, return_index=True)
+    squares = np.floor(places / spacing_m).astype(np.int64)
+    _, kept = np.unique(_keys(squares), return_index=True)
     return places[np.sort(kept)]
 
 
 def _near(places: Floats, corners: int, finer: int) -> Ints:
     """Pairs (n, 2) of places that straights are looked for between."""
     nearest, among = _nearest(places, NEAREST * finer), _nearest(places[:corners], CORNERS * finer)
-    return np.unique(np.sort(np.concatenate((nearest, among)), axis=1), axis=0)
+    pairs = np.sort(np.concatenate((nearest, among)), axis=1)
+    _, kept = np.unique(_keys(pairs), return_index=True)
+    found: Ints = pairs[kept]
+    return found
+
+
+def _keys(pairs: Ints) -> Ints:
+    """One number for each of some pairs (n, 2), in the order of the pairs; much quicker to sort."""
+    low, high = pairs.min(axis=0, initial=0), pairs.max(axis=0, initial=0)
+    keys: Ints = (pairs[:, 0] - low[0]) * (high[1] - low[1] + 1) + pairs[:, 1] - low[1]
+    return keys
 
 
 def _nearest(places: Floats, count: int) -> Ints:

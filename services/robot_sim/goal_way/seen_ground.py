@@ -29,6 +29,10 @@ _MOST: Final = 6
 _NEWER: Final = 0.2
 """Share of the newest return in the mean place of a cell's."""
 _RETURN: Final = 2
+_EDGE_M: Final = 0.1
+_EDGE_SPACINGS: Final = 7.0
+"""Difference in range between neighbours from which there is an edge: the least one, and over the spacing of beams, as
+that of a surface seen at 8 degrees."""
 FREE: Final = -1
 """Evidence of a cell that beams have passed."""
 FADED_S: Final = 60.0
@@ -80,12 +84,29 @@ def _move(cells: _Cells, x: int, y: int) -> None:
     corner[0], corner[1] = x, y
 
 
+@kernel
+def _range_m(beams: Beams, b: int) -> float:
+    return math.inf if beams.kind[b] == NOTHING else float(beams.range_m[b])
+
+
+@kernel
+def _is_split(beams: Beams, b: int) -> bool:
+    """Return whether a return is between a nearer and a farther neighbour, as that of a beam split over an edge is."""
+    if b == 0 or b == len(beams.kind) - 1:
+        return False
+    before_m, here_m, after_m = _range_m(beams, b - 1), _range_m(beams, b), _range_m(beams, b + 1)
+    ray, following = beams.rays[b], beams.rays[b + 1]
+    spacing_m = here_m * abs(ray[2] * following[3] - ray[3] * following[2])
+    edge_m = max(_EDGE_M, _EDGE_SPACINGS * spacing_m)
+    return bool(min(before_m, after_m) + edge_m < here_m < max(before_m, after_m) - edge_m)
+
+
 @borrowing
 def _enter_scan(beams: Beams, counts: Flags, free_m: float, tick: int, scan: int, cells: _Cells) -> None:
     """Enter a scan: cells with returns gain evidence, those that beams pass lose some."""
     x, y = cells.corner[0], cells.corner[1]
     for b in range(len(beams.kind)):
-        if counts[b]:
+        if counts[b] and not _is_split(beams, b):
             i, j = math.floor(beams.points_m[b, 0] / CELL_M), math.floor(beams.points_m[b, 1] / CELL_M)
             if x <= i < x + SIDE and y <= j < y + SIDE:
                 i, j = i & _MASK, j & _MASK

@@ -22,7 +22,7 @@ from touchline.schemas.messages import (
     TraversalStatus,
 )
 from touchline.schemas.plan_cause import PlanCause
-from touchline.services.planner.free_space.ground_ways import EVERYWHERE, WaySearch
+from touchline.services.planner.free_space.ground_ways import WaySearch
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
@@ -42,8 +42,10 @@ STANDS_RADPS: Final = 0.02
 """Speed and yaw rate below which it stands."""
 STANDING_S: Final = 0.3
 """Time for which something has to be in the way of a standing robot before it looks for another way."""
+COMES_AND_GOES_S: Final = 2.0
+"""The same, if what is in the way comes and goes, as the noise of a thing at the least distance does;"""
 WAITING_S: Final = 5.0
-"""The same, if what is in the way comes and goes."""
+"""and if it moves."""
 PATIENCE_S: Final = 15.0
 """Time without progress after which the robot gives up."""
 PROGRESS_M: Final = 0.3
@@ -63,7 +65,8 @@ STANDS_ON_M: Final = 0.01
 NEARER_M: Final = 0.01
 """Distance by which a robot that stands near to something may come nearer."""
 NEAR_M: Final = 0.15
-"""Distance from where it stands within which it may be as near as that."""
+"""Distance from where it stands, beyond the body's length, within which it may be as near as that: all of the body has
+to go by what is beside its front."""
 DETOUR: Final = 1.3
 """Factor of the least time from which a way with less margin is looked for, too."""
 OFF_WAY_M: Final = 0.03
@@ -74,6 +77,7 @@ SQUARE_M: Final = 5.0
 """Room round all that is known, and grid of its edges: ways begun in one place and the next have the same ground."""
 FORWARD: Final = WaySearch(backs=False, thorough=False, spare_share=0.9)
 BOTH_WAYS: Final = FORWARD._replace(backs=True)
+AT_LAST: Final = BOTH_WAYS._replace(thorough=True)
 GO_ROUND: Final = "the robot goes round something"
 
 
@@ -129,8 +133,9 @@ class GoalRerouting:
         self._look()
         tick = self._emulator.tick_count
         waited_s = (tick - self._progress_tick(tick)) / TICKS_PER_S
-        if tick < self._retry_tick or self._then is not None:
+        if tick < self._retry_tick or (self._then is not None and not self._is_blocked):
             return ""
+        self._then = None
         if not self._sets_off and not self._is_blocked:
             return ""
         self._retry_tick = tick + round(AGAIN_S * TICKS_PER_S)
@@ -143,7 +148,7 @@ class GoalRerouting:
         if self._next is not None:
             self._stops += 1
             return GO_ROUND
-        self._retry_tick = tick + round(max(AGAIN_S, waited_s) * TICKS_PER_S)
+        self._retry_tick = tick + round(min(max(AGAIN_S, waited_s), WAITING_S) * TICKS_PER_S)
         if waited_s > WAITING_S and self._forgets_left:
             self._forgets_left -= 1
             self._seen.forget(tick - round(FADED_S * TICKS_PER_S))
@@ -157,7 +162,7 @@ class GoalRerouting:
         self._stops = STOPS_MAX
         pose = self._pose
         options = PlanOptions.model_validate({**dict(self._options), "start": pose})
-        found = self._with_margin(self._vehicle.protection.margin_m, options, None, WayAhead.at(pose), EVERYWHERE)
+        found = self._with_margin(self._needed_m, options, None, WayAhead.at(pose), AT_LAST)
         return None if found is None else self._drive(found, Taking.HERE)
 
     @property
@@ -176,7 +181,9 @@ class GoalRerouting:
         pause = onboard.status.pause
         waits_since = self._progress_tick(tick) if pause is not None and pause.cause == PauseStatus.IN_THE_WAY else tick
         blocked_since = onboard.blocked.since_tick if onboard.blocked is not None else tick
-        return tick - blocked_since >= STANDING_S * TICKS_PER_S or tick - waits_since >= WAITING_S * TICKS_PER_S
+        moves = onboard.blocked is not None and onboard.blocked.moving
+        waiting_s = WAITING_S if moves else COMES_AND_GOES_S
+        return tick - blocked_since >= STANDING_S * TICKS_PER_S or tick - waits_since >= waiting_s * TICKS_PER_S
 
     def _meets(self, way: WayAhead) -> bool:
         """Return whether the robot would come too near to something on a way."""
@@ -287,6 +294,8 @@ class GoalRerouting:
         for margin_m in self._levels_m:
             found = self._with_margin(margin_m, options, leaving, begins, FORWARD)
             if found is None:
+                if margin_m == self._levels_m[0] and leaving is None and not self._is_way(options, begins):
+                    return None
                 continue
             if best is None or found[0].report.total_time_s < QUICKER * best[0].report.total_time_s:
                 best = found
@@ -296,6 +305,10 @@ class GoalRerouting:
             for margin_m in self._levels_m[1:]:
                 best = best or self._with_margin(margin_m, options, None, begins, BOTH_WAYS)
         return best
+
+    def _is_way(self, options: PlanOptions, begins: WayAhead) -> bool:
+        """Return whether there is a way from rest with the least margin: else none is looked for with more."""
+        return self._made(self._levels_m[-1], options, None, begins, BOTH_WAYS) is not None
 
     @property
     def _least_s(self) -> float:
@@ -312,6 +325,27 @@ class GoalRerouting:
         begins: WayAhead,
         search: WaySearch,
     ) -> tuple[Plan, KnownGround] | None:
+        """Plan with a margin as `_made` does; None if there is no such way, or the robot cannot drive it."""
+        made = self._made(margin_m, options, leaving, begins, search)
+        if made is None:
+            return None
+        way = WayAhead.of(made[0].trajectory)
+        if not self._passes(way, begins):
+            self._problem = "the robot stands too near to something to drive off"
+        elif search.backs and not self._seen_free_behind(way):
+            self._problem = "the only way leads backward over ground that the robot has not seen"
+        else:
+            return made
+        return None
+
+    def _made(
+        self,
+        margin_m: float,
+        options: PlanOptions,
+        leaving: LeavingTrajectory | None,
+        begins: WayAhead,
+        search: WaySearch,
+    ) -> tuple[Plan, KnownGround] | None:
         """Plan with a margin, less what is nearer to where the way begins; None if there is no such way."""
         clear = begins.swept(self._body, STANDS_ON_M if search.thorough else margin_m + STANDS_ON_M)
         obstacles = (*self._ground.obstacles, *self._seen.outlines(clear))
@@ -319,18 +353,10 @@ class GoalRerouting:
         ground = KnownGround(boundary=boundary, obstacles=obstacles)
         options = options.model_copy(update={"margin_m": margin_m})
         try:
-            plan = plan_to_goal(self._goal, self._vehicle, options, leaving, ground, search)
+            return plan_to_goal(self._goal, self._vehicle, options, leaving, ground, search), ground
         except PlanningError as error:
             self._problem = str(error)
             return None
-        way = WayAhead.of(plan.trajectory)
-        if not self._passes(way, begins):
-            self._problem = "the robot stands too near to something to drive off"
-        elif search.backs and not self._seen_free_behind(way):
-            self._problem = "the only way leads backward over ground that the robot has not seen"
-        else:
-            return plan, ground
-        return None
 
     def _surroundings(self) -> Ring:
         """Return a rectangle with room round the robot, the goal and all things."""
@@ -344,7 +370,7 @@ class GoalRerouting:
         things_m, needed_m = self._seen.things_m, self._needed_m
         now_m = begins.clearance_m(self._body, things_m, needed_m)
         last = begins.poses[-1]
-        near = np.hypot(*(way.poses[:, :2] - last[:2]).T) < NEAR_M
+        near = np.hypot(*(way.poses[:, :2] - last[:2]).T) < NEAR_M + float(np.ptp(self._body[:, 0]))
         near |= way.station_m < begins.station_m[-1] - begins.station_m[0]
         first, rest = way.where(near), way.where(~near)
         return (
