@@ -268,7 +268,7 @@ def test_commands_of_another_number_of_actuators_are_refused(day, tmp_path):
 @pytest.fixture(scope="module")
 def watchful_day():
     """Jobs of a robot with a lidar, among things, which counts on less braking after the first one."""
-    objects = [{"kind": "post", "x_m": x_m, "y_m": -1.0} for x_m in (0.5, 3.5)]
+    objects = [{"kind": "post", "x_m": x_m, "y_m": -1.15} for x_m in (0.5, 3.5)]
     day = Day(vehicle=load_vehicle("examples/vehicles/marker-lidar.json"), scenario=Scenario(seed=5, objects=objects))
     day.job()
     day.emulator.onboard.protection.memory.hard_mps2 = 0.6

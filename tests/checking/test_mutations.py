@@ -69,7 +69,9 @@ def believing(monkeypatch, place, value):
 
 def planner(monkeypatch, **options):
     other = PlanOptions(**options)
-    monkeypatch.setattr(replan, "plan", lambda template, vehicle, _: plan(template, vehicle, other))
+    monkeypatch.setattr(
+        replan, "plan", lambda template, vehicle, _, company: plan(template, vehicle, other, company=company)
+    )
 
 
 def ledger(monkeypatch, factor):
