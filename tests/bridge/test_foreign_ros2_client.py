@@ -134,7 +134,7 @@ def robot(system: System) -> Iterator[System]:
 
 
 def answers(bus: Bus) -> bool:
-    """Whether the robot does: its process takes orders later than that of its telemetry begins to answer."""
+    """Readiness of the robot: its process takes orders later than that of its telemetry begins to answer."""
     try:
         bus.call(topics.GET_PAINT, GetPaintRequest())
         bus.call(topics.RESUME, CommandRequest())

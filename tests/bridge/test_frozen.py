@@ -97,7 +97,7 @@ def test_a_recording_whose_publisher_left_while_the_bridge_was_cut_off_may_lack_
 
 
 def left_in_order(bus_config: BusConfig, folder: Path) -> tuple[RecordStopResponse, list[tuple[str, bytes]]]:
-    """What a bridge answers when it ends a recording after the publisher has left, and what that had said."""
+    """Answer of a bridge that ends a recording after the publisher has left, and the last report of that."""
     folder.mkdir()
     with Bus.open(topics.OPERATOR, bus_config) as operator, bridge(operator, folder):
         with Bus.open(topics.TELEMETRY, bus_config) as bus:

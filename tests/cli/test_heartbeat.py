@@ -148,7 +148,7 @@ def looked(watch, pid):
 
 @pytest.mark.skipif(not hasattr(os, "SCHED_IDLE"), reason="needs a class of processes that get little of a processor")
 def test_a_real_loop_without_a_processor_is_not_accused(watch):
-    """Of two processes on one processor, the one that is to run when nothing else does waits for it most of the time.
+    """A process of the idle class waits most of the time for a processor that another one keeps busy.
 
     How much of it that gets is the kernel's affair, so it is measured: what it waited for is not counted.
     """

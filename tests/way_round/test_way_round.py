@@ -130,9 +130,12 @@ def test_what_stood_is_remembered_until_the_robot_sees_that_it_has_gone() -> Non
     )
     things = SeenThings()
     assert [each.id for each in things.look(Shown((8.0, 0.0, 0.0), [post]), ())] == ["post 1"]
-    assert [each.id for each in things.look(Shown((-9.0, 0.0, 0.0), []), ())] == ["post 1 (1)"]
+    assert [each.id for each in things.look(Shown((-9.0, 0.0, 0.0), []), ())] == ["post 1"]
     assert things.look(Shown((7.0, 0.0, 0.0), []), ()) == []
     assert things.look(Shown((-9.0, 0.0, 0.0), []), ()) == []
+    things.look(Shown((8.0, 0.0, 0.0), [post]), ())
+    other = SimpleNamespace(moving=False, kind="post", number=1, outline_m=post.outline_m - (18.0, 0.0))
+    assert [each.id for each in things.look(Shown((-8.0, 0.0, 0.0), [other]), ())] == ["post 1", "post 1 (earlier)"]
 
 
 @pytest.mark.parametrize("hull", [[(0.7, -0.3), (1.2, -0.3), (1.2, 0.3)], [(-3, -3), (3, -3), (3, 3), (-3, 3)]])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from touchline.schemas.template import Polygon
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
 
     from touchline.onboard import Onboard
 
@@ -32,7 +32,6 @@ class SeenThings:
 
     def __init__(self) -> None:
         self._earlier: list[Polygon] = []
-        self._count = 0
 
     def look(self, onboard: Onboard, known: Sequence[Polygon]) -> list[Polygon]:
         """Return what the robot sees, as `seen_things`, and what it remembers."""
@@ -45,19 +44,27 @@ class SeenThings:
             shape = shapely.Polygon(each.corners)
             if shape.distance(robot) > SEEN_AGAIN_M and not any(shape.distance(other) <= AT_M for other in shapes):
                 remembered.append(each)
-        if onboard.blocked is None or not onboard.blocked.moving:
-            named = [self._numbered(each) for each in seen]
-            self._earlier = [*remembered, *named]
+        names = [each.id for each in seen]
+        for k, each in enumerate(remembered):
+            remembered[k] = each.model_copy(update={"id": _unused(each.id, names)})
+            names.append(remembered[k].id)
+        moving = onboard.blocked is not None and onboard.blocked.moving
+        walker = thing_in_the_way(onboard, seen) if moving else ""
+        self._earlier = [*remembered, *(each for each in seen if each.id != walker)]
         return [*seen, *remembered]
 
     def forget(self) -> None:
         """Forget all that is not seen now."""
         self._earlier = []
 
-    def _numbered(self, outline: Polygon) -> Polygon:
-        """Return an outline under a name that no other one has."""
-        self._count += 1
-        return outline.model_copy(update={"id": f"{outline.id} ({self._count})"})
+
+def _unused(name: str, names: Collection[str]) -> str:
+    """Return a name with the least number behind it that makes it new; unchanged if it is."""
+    bare, number, found = name.split(" (earlier")[0], 1, name
+    while found in names:
+        found = f"{bare} (earlier)" if number == 1 else f"{bare} (earlier {number})"
+        number += 1
+    return found
 
 
 def seen_things(onboard: Onboard, known: Sequence[Polygon]) -> list[Polygon]:

@@ -150,7 +150,7 @@ class WayRoundJob:
         if rest is None:
             return None
         if onboard.state in UNDER_WAY:
-            self._say(Said.PLANS, self._in_the_way)
+            self._say(Said.PLANS, _names(thing_in_the_way(onboard, things)))
         options = self._options.model_copy(update={"start": np.array(pose), "obstructed": ""})
         return RestRequest(rest, seen, options)
 
@@ -245,8 +245,7 @@ class WayRoundJob:
     def _in_the_way(self) -> tuple[str, ...]:
         """Name of what is in the way."""
         onboard = self._emulator.onboard
-        name = thing_in_the_way(onboard, seen_things(onboard, self.remains.template.obstacles))
-        return (name,) if name else ()
+        return _names(thing_in_the_way(onboard, seen_things(onboard, self.remains.template.obstacles)))
 
     def _enter(self) -> None:
         """Enter the work of the present drive."""
@@ -280,6 +279,10 @@ class WayRoundJob:
 def going_round(names: Iterable[str]) -> str:
     """Return why a drive ends whose robot goes round these things."""
     return f"goes round {_listed(names)}"
+
+
+def _names(name: str) -> tuple[str, ...]:
+    return (name,) if name else ()
 
 
 def _listed(names: Iterable[str]) -> str:

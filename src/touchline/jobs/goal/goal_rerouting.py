@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import shapely
@@ -79,6 +79,20 @@ FORWARD: Final = WaySearch(backs=False, thorough=False, spare_share=0.9)
 BOTH_WAYS: Final = FORWARD._replace(backs=True)
 AT_LAST: Final = BOTH_WAYS._replace(thorough=True)
 GO_ROUND: Final = "the robot goes round something"
+
+
+class _Leave(NamedTuple):
+    """Begin of a way to plan.
+
+    Attributes:
+        options: Planning options.
+        begins: Part of the present way that is driven in any case, or where the robot stands.
+        running: The present drive, if the robot moves.
+    """
+
+    options: PlanOptions
+    begins: WayAhead
+    running: LeavingTrajectory | None = None
 
 
 class GoalRerouting:
@@ -162,7 +176,7 @@ class GoalRerouting:
         self._stops = STOPS_MAX
         pose = self._pose
         options = PlanOptions.model_validate({**dict(self._options), "start": pose})
-        found = self._with_margin(self._needed_m, options, None, WayAhead.at(pose), AT_LAST)
+        found = self._with_margin(self._needed_m, _Leave(options, WayAhead.at(pose)), AT_LAST)
         return None if found is None else self._drive(found, Taking.HERE)
 
     @property
@@ -195,7 +209,7 @@ class GoalRerouting:
 
     def _from_pose(self, pose: tuple[float, float, float]) -> GivenDrive | None:
         options = PlanOptions.model_validate({**dict(self._options), "start": pose})
-        planned = self._planned(options, None, WayAhead.at(pose))
+        planned = self._planned(_Leave(options, WayAhead.at(pose)))
         return None if planned is None else self._drive(planned, Taking.HERE)
 
     def _backs_off(self) -> GivenDrive | None:
@@ -232,7 +246,7 @@ class GoalRerouting:
         drive, speed_mps = self._vehicle.drive, abs(float(onboard.estimate[3]))
         kept_m = (speed_mps + 0.5 * drive.max_acceleration_mps2 * KEEP_S) * KEEP_S
         begins = ahead.where(ahead.station_m <= ahead.station_m[0] + kept_m)
-        planned = self._planned(self._options, leaving, begins)
+        planned = self._planned(_Leave(self._options, begins, leaving))
         return None if planned is None else self._drive(planned, Taking.UNDER_WAY)
 
     def next_drive(self) -> GivenDrive | None:
@@ -280,35 +294,27 @@ class GoalRerouting:
         cause = PlanCause(options=self._options, goal=self._goal, ground=ground)
         return GivenDrive(plan.trajectory, None, taking, cause)
 
-    def _planned(
-        self, options: PlanOptions, leaving: LeavingTrajectory | None, begins: WayAhead
-    ) -> tuple[Plan, KnownGround] | None:
-        """Plan round what was seen, with as much margin as there is room for; None if there is no such way.
-
-        Args:
-            options: Planning options.
-            leaving: The present drive, if the robot moves.
-            begins: Part of the present way that is driven in any case, or where the robot stands.
-        """
+    def _planned(self, leave: _Leave) -> tuple[Plan, KnownGround] | None:
+        """Plan round what was seen, with as much margin as there is room for; None if there is no such way."""
         best: tuple[Plan, KnownGround] | None = None
         for margin_m in self._levels_m:
-            found = self._with_margin(margin_m, options, leaving, begins, FORWARD)
+            found = self._with_margin(margin_m, leave, FORWARD)
             if found is None:
-                if margin_m == self._levels_m[0] and leaving is None and not self._is_way(options, begins):
+                if margin_m == self._levels_m[0] and leave.running is None and not self._is_way(leave):
                     return None
                 continue
             if best is None or found[0].report.total_time_s < QUICKER * best[0].report.total_time_s:
                 best = found
             if best[0].report.total_time_s < DETOUR * self._least_s:
                 break
-        if best is None and leaving is None:
+        if best is None and leave.running is None:
             for margin_m in self._levels_m[1:]:
-                best = best or self._with_margin(margin_m, options, None, begins, BOTH_WAYS)
+                best = best or self._with_margin(margin_m, leave, BOTH_WAYS)
         return best
 
-    def _is_way(self, options: PlanOptions, begins: WayAhead) -> bool:
+    def _is_way(self, leave: _Leave) -> bool:
         """Return whether there is a way from rest with the least margin: else none is looked for with more."""
-        return self._made(self._levels_m[-1], options, None, begins, BOTH_WAYS) is not None
+        return self._made(self._levels_m[-1], leave, BOTH_WAYS) is not None
 
     @property
     def _least_s(self) -> float:
@@ -317,20 +323,13 @@ class GoalRerouting:
         apart_m = float(np.hypot(self._goal.x_m - x, self._goal.y_m - y))
         return 2.0 + apart_m / self._vehicle.drive.transit_speed_mps
 
-    def _with_margin(
-        self,
-        margin_m: float,
-        options: PlanOptions,
-        leaving: LeavingTrajectory | None,
-        begins: WayAhead,
-        search: WaySearch,
-    ) -> tuple[Plan, KnownGround] | None:
+    def _with_margin(self, margin_m: float, leave: _Leave, search: WaySearch) -> tuple[Plan, KnownGround] | None:
         """Plan with a margin as `_made` does; None if there is no such way, or the robot cannot drive it."""
-        made = self._made(margin_m, options, leaving, begins, search)
+        made = self._made(margin_m, leave, search)
         if made is None:
             return None
         way = WayAhead.of(made[0].trajectory)
-        if not self._passes(way, begins):
+        if not self._passes(way, leave.begins):
             self._problem = "the robot stands too near to something to drive off"
         elif search.backs and not self._seen_free_behind(way):
             self._problem = "the only way leads backward over ground that the robot has not seen"
@@ -338,22 +337,15 @@ class GoalRerouting:
             return made
         return None
 
-    def _made(
-        self,
-        margin_m: float,
-        options: PlanOptions,
-        leaving: LeavingTrajectory | None,
-        begins: WayAhead,
-        search: WaySearch,
-    ) -> tuple[Plan, KnownGround] | None:
+    def _made(self, margin_m: float, leave: _Leave, search: WaySearch) -> tuple[Plan, KnownGround] | None:
         """Plan with a margin, less what is nearer to where the way begins; None if there is no such way."""
-        clear = begins.swept(self._body, STANDS_ON_M if search.thorough else margin_m + STANDS_ON_M)
+        clear = leave.begins.swept(self._body, STANDS_ON_M if search.thorough else margin_m + STANDS_ON_M)
         obstacles = (*self._ground.obstacles, *self._seen.outlines(clear))
         boundary = self._ground.boundary or self._surroundings()
         ground = KnownGround(boundary=boundary, obstacles=obstacles)
-        options = options.model_copy(update={"margin_m": margin_m})
+        options = leave.options.model_copy(update={"margin_m": margin_m})
         try:
-            return plan_to_goal(self._goal, self._vehicle, options, leaving, ground, search), ground
+            return plan_to_goal(self._goal, self._vehicle, options, leave.running, ground, search), ground
         except PlanningError as error:
             self._problem = str(error)
             return None

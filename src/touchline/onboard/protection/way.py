@@ -268,12 +268,12 @@ def find_stop(computer: Computer) -> None:
     for j in range(len(way.ahead_m)):
         needed_m = _needed_m(way, j, off_m) - _EXACT_M
         nearer = way.thing_mps > 0.0 and way.clear_m[j] + way.slack_m[j] < now_m
-        if leaves and way.clear_m[j] + way.slack_m[j] >= kept_m and way.standing_m[j] >= needed_m:
-            pass
-        elif math.isinf(way.stop_m) and (way.clear_m[j] < needed_m + grown_m or way.standing_m[j] < needed_m):
-            way.stop_m = _before_m(way, j)
-        elif math.isinf(way.stop_m) and nearer and way.clear_m[j] < needed_m + grown_m + way.error_m + _OFF_AGAIN_M:
-            way.stop_m = way.ahead_m[j - 1]
+        passes = leaves and way.clear_m[j] + way.slack_m[j] >= kept_m and way.standing_m[j] >= needed_m
+        if math.isinf(way.stop_m) and not passes:
+            if way.clear_m[j] < needed_m + grown_m or way.standing_m[j] < needed_m:
+                way.stop_m = _before_m(way, j)
+            elif nearer and way.clear_m[j] < needed_m + grown_m + way.error_m + _OFF_AGAIN_M:
+                way.stop_m = way.ahead_m[j - 1]
         needed_m -= off_m
         way.room_m = min(way.room_m, way.clear_m[j] - needed_m)
         way.fixed_room_m = min(way.fixed_room_m, way.standing_m[j] - needed_m)
