@@ -50,7 +50,7 @@ Integers = NDArray[np.int64]
 _ARRIVED_M: Final = 0.1
 _GIVE_UP_TICKS: Final = 2000  # a wanderer that is held up draws another target after so long
 _STOPS_TICKS: Final = 200  # one who has run into the robot stands for so long,
-_ASIDE_M: Final = 1.5  # and then steps so far away from it and to the left
+_ASIDE_M: Final = 1.5  # and then steps aside: so far away from it, and so far to the left
 
 
 @borrowing
