@@ -13,13 +13,13 @@ from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.chosen_plugin import chosen
 from touchline.services.planner.driven_part import DrivenPart
-from touchline.services.planner.free_space.ground_method import GroundMethod
 from touchline.services.planner.free_space.ground_ways import EVERYWHERE, WaySearch
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, joined
 from touchline.services.planner.given_pose import POSE_MAX, START, pose_of
 from touchline.services.planner.plan import Plan, finished
 from touchline.services.planner.poses.cubic_path import CubicPath
 from touchline.services.planner.poses.g2_path import G2Path
+from touchline.services.planner.poses.ground_method import GroundMethod
 from touchline.services.planner.poses.guarded_poses import guarded_law, guarded_pose_method
 from touchline.services.planner.poses.pose_method import PoseMethod, PosePath
 from touchline.services.planner.poses.speed_laws import SpeedLaw, timed

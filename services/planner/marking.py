@@ -3,13 +3,16 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.template import TemplateSegment
+from touchline.schemas.template import Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.collision.checker import CollisionChecker
 from touchline.services.planner.collision.clear_lines import ReachableLines, reachable_lines, with_room
+from touchline.services.planner.collision.ways_round import WaysRound
 from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name
 from touchline.services.planner.coverage.area_swaths import painted_segments
 from touchline.services.planner.coverage.guarded_coverage import guarded_area_method
@@ -38,6 +41,8 @@ from touchline.services.planner.transitions.method_choice import method_of
 from touchline.services.planner.transitions.transitions import REVERSING, SPINNING, TransitionFamily
 
 LEAVE_OUT, REFUSE = "leave-out", "refuse"
+# Shares of a curve at which its ground is looked up.
+SHARES = np.linspace(0.0, 1.0, 5)
 
 
 def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> WorkedRoute:
@@ -124,8 +129,12 @@ def _driver(task: PlanTask) -> ItineraryBuilder:
     start, checker = pose_of(START, options.start), CollisionChecker.of(template, vehicle)
     if start and checker and (hit := checker.collision(PiecePath(start, ()))):
         raise PlanningError("", f"begins where the robot's body touches {hit}", "drive it off there, or move that")
+    transitions = transitions_of(vehicle, options, task.limits)
+    ways = None
+    if checker is not None and SPINNING in transitions.standing:
+        ways = WaysRound(checker, _worked_places(template), transitions)
     return ItineraryBuilder(
-        transitions_of(vehicle, options, task.limits),
+        transitions,
         Painting.of(vehicle, task.limits, options),
         checker,
         Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options)),
@@ -134,7 +143,15 @@ def _driver(task: PlanTask) -> ItineraryBuilder:
         _end(options),
         options.return_to_start,
         others=task.company.painted,
+        ways=ways,
     )
+
+
+def _worked_places(template: Template) -> list[tuple[float, float]]:
+    """Places (m) on the ground of a template: along its lines, and round its areas."""
+    curves = [segment.curve() for segment in template.segments]
+    along = [np.column_stack(curve.at(SHARES * curve.length_m)[:2]) for curve in curves]
+    return [(x, y) for places in (*along, *(area.outline for area in template.areas)) for x, y in np.array(places)]
 
 
 def _along(

@@ -31,6 +31,10 @@ DRYING_MAX_S = 1e6
 ORDERED_MAX, SEGMENTS_MAX = 1500, 10_000
 # Rounds of search; between them collisions, which the matrix lacks, are learned from the itinerary.
 ROUNDS = 6
+# The same while a segment is not reached: it would be shortened, or the template refused.
+MOST_ROUNDS = 12
+# Partners of a swath that are looked at once one collides.
+LOOKED_AT = 4
 # Share of the kicks in later searches, which begin with the last order.
 AGAIN = 0.25
 
@@ -139,7 +143,7 @@ def _found(
     best: Itinerary | None = None
     step = partial(progress, ORDER)
     least, order = np.inf, None
-    for turn in range(ROUNDS):
+    for turn in range(MOST_ROUNDS):
         # The quickest order, and from there on the one that is worth more time for fewer wet crossings.
         priced = asked.priced(cost)
         budget = Budget(Stage(step, 2 * turn), enough)
@@ -149,11 +153,11 @@ def _found(
         drive = driver.drive([nodes[k] for k in dry.tolist()])
         if (total := _total(drive, driver)) < least - 1e-6:
             best, least = drive, total
-        changed = _learn(cost, drive, dry.tolist())
-        if not changed or enough():
+        changed = _learn(cost, drive, dry.tolist(), nodes, driver)
+        if not changed or enough() or (turn + 1 >= ROUNDS and not drive.blocked):
             break
     step(1.0)
-    assert best  # there is at least one round
+    assert best is not None, "there is at least one round"
     return best
 
 
@@ -176,16 +180,31 @@ class Stage:
         self.step(1.0 - 0.5 ** min(self.number, 2) * (1.0 - 0.5 * part))
 
 
-def _learn(cost: Floats, drive: Itinerary, order: list[int]) -> bool:
-    """Penalise pairs of nodes between which the itinerary collides; true if there are new ones."""
+def _learn(cost: Floats, drive: Itinerary, order: list[int], nodes: Sequence[Swath], driver: ItineraryBuilder) -> bool:
+    """Penalise pairs of nodes between which the itinerary collides, and all others with one of the two that do.
+
+    Returns:
+        Whether there are new ones.
+    """
     depot = len(cost) - 1
     changed = False
+    swaths = [*nodes, None]
     stops = [depot, *order, depot]
     for i, leg in enumerate(drive.legs):
         a, b = stops[i], stops[i + 1]
         if leg.collision and cost[a, b] < COLLISION_S:
-            cost[a, b], changed = cost[a, b] + COLLISION_S, True
+            pairs, changed = {(a, b)}, True
+            pairs |= {(a, k) for k in _likely(cost[a]) if driver.collides(swaths[a], nodes[k])}
+            pairs |= {(k, b) for k in _likely(cost[:, b]) if driver.collides(nodes[k], swaths[b])}
+            for pair in pairs:
+                cost[pair] += COLLISION_S * (cost[pair] < COLLISION_S)
     return changed
+
+
+def _likely(cost: Floats) -> list[int]:
+    """Nodes (the depot excepted) that would come next to one, by the costs of all; without those known to collide."""
+    order = np.argsort(cost[:-1], kind="stable")[:LOOKED_AT]
+    return [k for k in order.tolist() if cost[k] < COLLISION_S]
 
 
 def _clear_of_outlines(choice: Sequence[Swath], checker: CollisionChecker | None) -> list[Swath]:

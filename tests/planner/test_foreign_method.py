@@ -11,7 +11,7 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.plugins import METHODS
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.checker import CollisionChecker
-from touchline.services.planner.collision.via_poses import detours
+from touchline.services.planner.collision.via_poses import ClosedEnds, detours
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import plan
@@ -96,7 +96,7 @@ def test_poses_in_between_are_tried_by_the_times_of_the_method(south_m: float) -
     checker = CollisionChecker.of(wall, vehicle)
     assert checker
     transitions = Asked(method_of(options).transitions(Limits.of(vehicle, options)), OneSided(south_m))
-    offered = list(detours(START, GOAL, transitions, checker, set()))
+    offered = list(detours(START, GOAL, transitions, checker, ClosedEnds()))
     assert offered
     assert not any(checker.collision(transition.path) for transition in offered)
     assert all(middle.pose.y_m >= south_m for middle in transitions.middles)

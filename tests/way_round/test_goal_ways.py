@@ -68,6 +68,12 @@ def test_a_robot_goes_on_after_a_person_who_crosses() -> None:
     assert not hits(done)
 
 
+def test_a_robot_in_a_closed_room_is_told_that_no_way_leads_out() -> None:
+    done = going(*wall((-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0), (-4.0, -4.0)))
+    assert "no way" in done.problem
+    assert not hits(done)
+
+
 @pytest.mark.full  # the proof takes a minute
 def test_a_closed_room_is_told_as_no_way() -> None:
     done = going(*wall((10.0, -2.0), (14.0, -2.0), (14.0, 2.0), (10.0, 2.0), (10.0, -2.0)))

@@ -17,6 +17,8 @@ from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose,
 # Half the maximum motion (m) of any point of the body between checked poses. The body is enlarged by as much all round,
 # so that no contact in between is missed.
 MARGIN_M = 0.02
+# Poses in a row for which the edges near them are chosen at once.
+RUN = 32
 
 Complexes = NDArray[np.complex128]
 
@@ -121,15 +123,33 @@ def first_touch(
     reach = 0.0
     for k in range(len(body)):
         reach = max(reach, math.hypot(body[k, 0], body[k, 1]))
-    corners = np.empty(len(body) + 1, np.complex128)
+    corners, near, count = np.empty(len(body) + 1, np.complex128), np.empty(len(edges), np.int64), 0
     for p in range(len(poses)):
+        if p % RUN == 0:
+            count = _choose_near(poses[p : p + RUN], edges, reach + margin, near)
         _place(poses[p], body, corners)
-        outline = _touched(complex(poses[p, 0], poses[p, 1]), corners, edges, owner, reach + margin, margin)
+        middle = complex(poses[p, 0], poses[p, 1])
+        outline = _touched(middle, corners, edges, owner, near[:count], reach + margin, margin)
         if outline < 0 and p == 0:
             outline = _wrong_side(complex(poses[p, 0], poses[p, 1]), corners, edges, owner, bounded)
         if outline >= 0:
             return p, outline
     return -1, -1
+
+
+@kernel
+def _choose_near(poses: Floats, edges: Floats, far: float, near: Ints) -> int:
+    """Write the numbers of the edges that may be within `far` of one of the poses, in order; return how many."""
+    west, south = poses[:, 0].min() - far, poses[:, 1].min() - far
+    east, north = poses[:, 0].max() + far, poses[:, 1].max() + far
+    count = 0
+    for e in range(len(edges)):
+        x, y, other_x, other_y = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
+        beside = max(x, other_x) < west or min(x, other_x) > east
+        if not beside and max(y, other_y) >= south and min(y, other_y) <= north:
+            near[count] = e
+            count += 1
+    return count
 
 
 @kernel
@@ -142,9 +162,11 @@ def _place(pose: Floats, body: Floats, corners: Complexes) -> None:
 
 
 @kernel
-def _touched(middle: complex, corners: Complexes, edges: Floats, owner: Ints, far: float, margin: float) -> int:
-    """First outline nearer to the body than `margin`, −1 if there is none; edges beyond `far` are skipped."""
-    for e in range(len(edges)):
+def _touched(
+    middle: complex, corners: Complexes, edges: Floats, owner: Ints, near: Ints, far: float, margin: float
+) -> int:
+    """First outline nearer to the body than `margin`, −1 if there is none, of the edges `near`; `far` skips most."""
+    for e in near:
         a, b = complex(edges[e, 0], edges[e, 1]), complex(edges[e, 2], edges[e, 3])
         if off_squared(middle, a, b) > far**2:
             continue

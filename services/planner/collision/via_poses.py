@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 
 from touchline.services.planner.collision.checker import CollisionChecker
+from touchline.services.planner.collision.ways_round import WaysRound
 from touchline.services.planner.geometry.clothoid import (
     Floats,
     PathPose,
@@ -22,7 +24,8 @@ from touchline.services.planner.transitions.transitions import REVERSING, Transi
 # Via poses: a grid over the neighbourhood of both ends, and points beside the outlines' corners, in several headings.
 GRID, ROOM_M, HEADINGS = 7, 6.0, 8
 # Distances (m) by which the robot backs along the painted curves: out of the last one, and into the next one.
-BACKED_M = tuple(sorted(((a, b) for a in (0.0, 1.0, 2.5, 5.0) for b in (0.0, 1.0, 2.5, 5.0)), key=sum))[1:]
+BACK_M = 0.0, 1.0, 2.5, 5.0
+BACKED_M = tuple(sorted(product(BACK_M, BACK_M), key=sum))[1:]
 FAR_BACKED_M = 2.5, 2.5
 # Number of via poses that are tried, the quickest detour first.
 TRIED = 150
@@ -32,16 +35,43 @@ OFFERED = 4
 MANY = 30
 
 
+@dataclass(frozen=True)
+class ClosedEnds:
+    """Ends that have proved closed in: the cause is the same for every partner, no room to stop or to start there.
+
+    Attributes:
+        to_leave, to_reach: Ends from which, or to which, no transition over a via pose leads.
+        for_good: Those of both kinds of which that holds after backing, too: they have no detour.
+    """
+
+    to_leave: set[CurveEnd] = field(default_factory=set)
+    to_reach: set[CurveEnd] = field(default_factory=set)
+    for_good: tuple[set[CurveEnd], set[CurveEnd]] = field(default_factory=lambda: (set(), set()))
+
+    def between(self, start: CurveEnd, goal: CurveEnd) -> bool:
+        """Return whether nothing leads over a via pose from a start to a goal."""
+        return start in self.to_leave or goal in self.to_reach
+
+    def learn(self, start: CurveEnd, goal: CurveEnd, backed: "_Backed | None") -> None:
+        """Note ends between which there is no detour, and how they back, if they can."""
+        if start in self.to_leave and (backed is None or backed.leaving in self.to_leave):
+            self.for_good[0].add(start)
+        if goal in self.to_reach and (backed is None or backed.reaching in self.to_reach):
+            self.for_good[1].add(goal)
+
+
 def detours(
     start: CurveEnd,
     goal: CurveEnd,
     transitions: TransitionFamily,
     checker: CollisionChecker,
-    closed: set[tuple[str, CurveEnd]],
+    closed: ClosedEnds,
+    ways: WaysRound | None = None,
 ) -> Iterator[Transition]:
     """Collision-free transitions with backing, then over a via pose, the quickest first by the method's rough times.
 
-    If there is none, the cause is mostly the same for every partner of an end: no room to stop or to start there.
+    A robot that turns on the spot looks at its map of the ground first: if that has no way, there is none over a via
+    pose either, but for few exceptions, and it takes long to find out; if it has one, that comes last.
 
     Args:
         start: End of the last painted curve.
@@ -49,11 +79,15 @@ def detours(
         transitions: Transitions of the method in use.
         checker: Checker of boundary and obstacles.
         closed: Ends known to be closed in; more are added.
+        ways: Ways round the outlines, if the robot turns on the spot.
     """
+    if start in closed.for_good[0] or goal in closed.for_good[1]:
+        return
     offered, least_s = 0, math.inf
-    backing = REVERSING in transitions.standing
-    for out_m, in_m in BACKED_M if backing else ():
-        backed = _Backed.of(start, goal, (out_m, in_m), transitions)
+    backing = _backings(start, goal, transitions, checker) if REVERSING in transitions.standing else {}
+    for backed in map(backing.get, BACKED_M):
+        if backed is None:
+            continue
         between = transitions.between(backed.leaving, backed.reaching)
         transition = next((each for each in map(backed.whole, between) if checker.is_clear(each.path)), None)
         if transition is not None:
@@ -61,12 +95,26 @@ def detours(
             yield transition
             if offered == OFFERED:
                 break
+    way: Transition | None = None
+    if ways is not None and not offered and ways.knows(start, goal):
+        way = ways.between(start, goal)
+        if way is not None:
+            least_s = way.seconds
+        elif start.speed_mps > 0.0:  # a robot that stands beside something may have to leave on a curve
+            return
     for transition in _around(start, goal, transitions, checker, closed, least_s):
         offered += 1
         yield transition
-    if backing and not offered:
-        backed = _Backed.of(start, goal, FAR_BACKED_M, transitions)
-        yield from map(backed.whole, _around(backed.leaving, backed.reaching, transitions, checker, closed, math.inf))
+    if way is not None:
+        offered += 1
+        yield way
+    far = backing.get(FAR_BACKED_M)
+    if far is not None and not offered:
+        for transition in _around(far.leaving, far.reaching, transitions, checker, closed, math.inf):
+            offered += 1
+            yield far.whole(transition)
+    if not offered:
+        closed.learn(start, goal, far)
 
 
 @dataclass(frozen=True)
@@ -91,21 +139,31 @@ class _Backed:
     reaching: CurveEnd
     transitions: TransitionFamily
 
-    @classmethod
-    def of(
-        cls, start: CurveEnd, goal: CurveEnd, back_m: tuple[float, float], transitions: TransitionFamily
-    ) -> "_Backed":
-        """Back out of the first curve and into the second by these distances (m); 0: not at all."""
-        out_m, in_m = back_m
-        leaving, out = _backed_off(start, -out_m, transitions) if out_m else (start, ())
-        reaching, into = _backed_off(goal, in_m, transitions) if in_m else (goal, ())
-        return cls(start, goal, out, into[::-1], leaving, reaching, transitions)
-
     def whole(self, between: Transition) -> Transition:
         """Return the transition from start to goal with this one in the middle."""
         pieces = joined((*self.out, *between.path.pieces, *self.into))
         speeds = (self.transitions.speed_mps(end) for end in (self.start, self.goal))
         return Transition(self.transitions.seconds(pieces, *speeds), PiecePath(self.start.pose, pieces))
+
+
+def _backings(
+    start: CurveEnd, goal: CurveEnd, transitions: TransitionFamily, checker: CollisionChecker
+) -> dict[tuple[float, float], _Backed]:
+    """Clear ways of backing out of the first curve and into the second, by their distances; 0: not at all."""
+    outs: dict[float, tuple[CurveEnd, tuple[Piece, ...]]] = {0.0: (start, ())}
+    intos: dict[float, tuple[CurveEnd, tuple[Piece, ...]]] = {0.0: (goal, ())}
+    for back_m in BACK_M[1:]:
+        leaving, out = _backed_off(start, -back_m, transitions)
+        if checker.is_clear(PiecePath(start.pose, out)):
+            outs[back_m] = leaving, out
+        reaching, into = _backed_off(goal, back_m, transitions)
+        if checker.is_clear(PiecePath(reaching.pose, into[::-1])):
+            intos[back_m] = reaching, into[::-1]
+    return {
+        (out_m, in_m): _Backed(start, goal, out, into, leaving, reaching, transitions)
+        for out_m, (leaving, out) in outs.items()
+        for in_m, (reaching, into) in intos.items()
+    }
 
 
 def _backed_off(end: CurveEnd, by_m: float, transitions: TransitionFamily) -> tuple[CurveEnd, tuple[Piece, Piece]]:
@@ -123,12 +181,11 @@ def _around(
     goal: CurveEnd,
     transitions: TransitionFamily,
     checker: CollisionChecker,
-    closed: set[tuple[str, CurveEnd]],
+    closed: ClosedEnds,
     least_s: float,
 ) -> Iterator[Transition]:
     """Collision-free transitions over one via pose that may take less than `least_s`; see `detours`."""
-    leaving, reaching = ("from", start), ("to", goal)
-    if leaving in closed or reaching in closed:
+    if closed.between(start, goal):
         return
     via = [CurveEnd(PathPose(*pose), 0.0) for pose in _poses(start, goal, checker).tolist()]
     price = pricing_of(transitions).rough_s
@@ -154,9 +211,9 @@ def _around(
             if offered == OFFERED:
                 return
     if not departed and tried >= MANY:
-        closed.add(leaving)
+        closed.to_leave.add(start)
     elif not offered and departed >= MANY:
-        closed.add(reaching)
+        closed.to_reach.add(goal)
 
 
 def _poses(start: CurveEnd, goal: CurveEnd, checker: CollisionChecker) -> Floats:

@@ -130,14 +130,18 @@ class GroundWays:
             )
         return legs
 
+    def coarse_legs(self, start: PathPose, goal: PathPose) -> Legs | None:
+        """Find a short way on the usual roadmap; None if it has none."""
+        found = self.roadmap.way(start, goal)
+        return None if found is None else tightened(found, goal, self.body)
+
     def roomy_legs(self, start: PathPose, goal: PathPose) -> Legs | None:
         """Find a way with room for turns at corners; None if there is none by the roadmap, or no room at an end."""
         wider = self._wider
         ends = [pose for pose in (start, goal) if not math.isnan(pose.heading_rad)]
         if not all(wider.body.stands_free(pose) for pose in ends):
             return None
-        found = wider.roadmap.way(start, goal)
-        return None if found is None else tightened(found, goal, wider.body)
+        return wider.coarse_legs(start, goal)
 
     @cached_property
     def _wider(self) -> GroundWays:

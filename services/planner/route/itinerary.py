@@ -1,7 +1,7 @@
 """Itinerary: run-in, transitions and run-out, free of collisions and, where worth the time, off wet paint."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from touchline.services.planner.collision.checker import Collision, CollisionChecker
-from touchline.services.planner.collision.via_poses import detours
+from touchline.services.planner.collision.via_poses import ClosedEnds, detours
+from touchline.services.planner.collision.ways_round import WaysRound
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, Piece, PiecePath
 from touchline.services.planner.sequencing.wet_paint import BEGUN, NO_LINES, SPEED, Wheels, wet_rows
 from touchline.services.planner.steering.method import CurveEnd, before
@@ -32,6 +33,13 @@ BENDS_RAD = tuple(side * math.radians(angle) for angle in (45, 90, 135, 180) for
 ALIKE = 1e-11
 # Times that differ by less are equal.
 ROUNDING_S = 1e-9
+
+
+class CheckedOffer(NamedTuple):
+    """A transition on offer, and its collision, if it has one."""
+
+    transition: Transition
+    hit: Collision | None
 
 
 class ItineraryLeg(NamedTuple):
@@ -99,9 +107,10 @@ class ItineraryBuilder:
     end: PathPose | None = None
     returns: bool = False
     cache: dict[tuple[int, ...], list[Transition]] = field(default_factory=dict)
-    closed: set[tuple[str, CurveEnd]] = field(default_factory=set)
-    found: dict[tuple[CurveEnd, CurveEnd], Iterator[Transition]] = field(default_factory=dict)
+    closed: ClosedEnds = field(default_factory=ClosedEnds)
+    looked_at: dict[tuple[CurveEnd, CurveEnd], Iterator[CheckedOffer]] = field(default_factory=dict)
     others: Floats = field(default_factory=lambda: NO_LINES)
+    ways: WaysRound | None = None
 
     def drive(self, swaths: list[Swath]) -> Itinerary:
         """Build the itinerary along the swaths in this order."""
@@ -139,14 +148,13 @@ class ItineraryBuilder:
             wholes[-1:] = [both] if both and joined else [last, swath]
         return parted(wholes, swaths), going_on
 
-    def choose(self, offers: Iterator[Transition], begun_s: float, painted: Floats, *, in_turn: bool) -> ItineraryLeg:
+    def choose(self, offers: Iterator[CheckedOffer], begun_s: float, painted: Floats, *, in_turn: bool) -> ItineraryLeg:
         """Choose the cheapest clear offer, or (`in_turn`) the first clear one; the first of all if all collide."""
         best: ItineraryLeg | None = None
         least, bump = math.inf, None
-        for transition in offers:
+        for transition, hit in offers:
             if best and (in_turn or transition.seconds >= least):
                 break
-            hit = self.checker.collision(transition.path) if self.checker else None
             if hit:
                 bump = bump or ItineraryLeg(
                     transition.path, transition.seconds, np.zeros(len(painted), dtype=np.int64), hit
@@ -168,22 +176,47 @@ class ItineraryBuilder:
         drive.legs.append(leg)
         drive.seconds += leg.seconds
 
-    def _between(self, start: CurveEnd, goal: CurveEnd) -> Iterator[Transition]:
+    def _looked_at(self, transitions: Iterable[Transition]) -> Iterator[CheckedOffer]:
+        """Offers with their collisions."""
+        for each in transitions:
+            yield CheckedOffer(each, self.checker.collision(each.path) if self.checker else None)
+
+    def _kept(self, start: CurveEnd, goal: CurveEnd, offers: Iterator[CheckedOffer]) -> Iterator[CheckedOffer]:
+        """Offers between two ends that are made once, as far as they are asked for, and kept for the next time."""
+        if (start, goal) not in self.looked_at:
+            (self.looked_at[start, goal],) = tee(offers, 1)
+        return copy(self.looked_at[start, goal])
+
+    def _between(self, start: CurveEnd, goal: CurveEnd) -> Iterator[CheckedOffer]:
         """Transitions on offer, the quickest first, followed by detours if all of them collide."""
-        direct = [
+        direct = (
             transition._replace(path=PiecePath(start.pose, transition.path.pieces))
             for transition in self._transitions(start, goal)
-        ]
-        yield from direct
-        if self.checker and all(self.checker.collision(transition.path) for transition in direct):
-            yield from self._detours(start, goal)
+        )
+        if self.checker is None:
+            return self._looked_at(direct)
+        return self._kept(start, goal, self._with_detours(start, goal, self._looked_at(direct), self.checker))
 
-    def _detours(self, start: CurveEnd, goal: CurveEnd) -> Iterator[Transition]:
-        """Detours round outlines, found once, as far as they are asked for."""
-        if (start, goal) not in self.found:
-            assert self.checker
-            (self.found[start, goal],) = tee(detours(start, goal, self.transitions, self.checker, self.closed), 1)
-        return copy(self.found[start, goal])
+    def _with_detours(
+        self, start: CurveEnd, goal: CurveEnd, direct: Iterator[CheckedOffer], checker: CollisionChecker
+    ) -> Iterator[CheckedOffer]:
+        clear = False
+        for offer in direct:
+            clear |= offer.hit is None
+            yield offer
+        if not clear:
+            yield from self._looked_at(detours(start, goal, self.transitions, checker, self.closed, self.ways))
+
+    def collides(self, last: Swath | None, following: Swath | None) -> bool:
+        """Return whether all offers between two swaths collide; None: those from the start, or to the end."""
+        if last is not None and following is not None:
+            offers = self._between(last.end, following.begin)
+        elif following is not None:
+            offers = self.run_ins(following.begin)
+        else:
+            assert last is not None, "a leg has a swath before or after it"
+            offers = self.run_outs(last.end, self.end)
+        return all(offer.hit for offer in offers)
 
     def _transitions(self, start: CurveEnd, goal: CurveEnd) -> list[Transition]:
         """Transitions between two ends of the same relative pose, the quickest first."""
@@ -192,8 +225,13 @@ class ItineraryBuilder:
             self.cache[key] = self.transitions.between(start, goal)
         return self.cache[key]
 
-    def run_ins(self, begin: CurveEnd) -> Iterator[Transition]:
+    def run_ins(self, begin: CurveEnd) -> Iterator[CheckedOffer]:
         """Candidate run-ins: from the start pose or, without one, straights and bends before the first line."""
+        if self.start is None or self.checker is None:
+            return self._looked_at(self._run_ins(begin))
+        return self._kept(CurveEnd(self.start, 0.0, 0.0), begin, self._looked_at(self._run_ins(begin)))
+
+    def _run_ins(self, begin: CurveEnd) -> Iterator[Transition]:
         speed = self.transitions.speed_mps(begin)
         run_up = self.transitions.limits.stopping_distance_m(speed) + STEADY_S * speed
         if self.start is not None:
@@ -201,7 +239,7 @@ class ItineraryBuilder:
             yield direct if direct.path.length_m >= run_up else self.transitions.from_rest(self.start, begin, run_up)
             if self.checker:
                 standing = CurveEnd(self.start, 0.0, 0.0)
-                yield from self._detours(standing, begin)
+                yield from detours(standing, begin, self.transitions, self.checker, self.closed, self.ways)
             return
         into = self.transitions.widest(begin).method.lead_in(begin.curvature_1pm)
         for pieces in self._runs(into, RUN_IN_M, run_up, begin):
@@ -213,15 +251,22 @@ class ItineraryBuilder:
         """Length (m) of the straight after a last line that is painted at paint speed."""
         return self.transitions.limits.stopping_distance_m(self.transitions.limits.paint_speed_mps) + RUN_OUT_SPARE_M
 
-    def run_outs(self, end: CurveEnd, goal: PathPose | None) -> Iterator[Transition]:
+    def run_outs(self, end: CurveEnd, goal: PathPose | None) -> Iterator[CheckedOffer]:
         """Candidate run-outs: to the goal or, without one, straights and bends after the last line."""
+        if goal is None or self.checker is None:
+            return self._looked_at(self._run_outs(end, goal))
+        return self._kept(end, CurveEnd(goal, 0.0, 0.0), self._looked_at(self._run_outs(end, goal)))
+
+    def _run_outs(self, end: CurveEnd, goal: PathPose | None) -> Iterator[Transition]:
         speed = self.transitions.speed_mps(end)
         length = self.transitions.limits.stopping_distance_m(speed) + RUN_OUT_SPARE_M
         if goal is not None:
             direct = self.transitions.to_rest(end, goal, 0.0)
             yield direct if direct.path.length_m >= length else self.transitions.to_rest(end, goal, length)
             if self.checker:
-                yield from self._detours(end, CurveEnd(goal, 0.0, 0.0))
+                yield from detours(
+                    end, CurveEnd(goal, 0.0, 0.0), self.transitions, self.checker, self.closed, self.ways
+                )
             return
         out = self.transitions.widest(end).method.lead_out(end.curvature_1pm)
         back = from_goal(Lead(out, 0.0)).pieces

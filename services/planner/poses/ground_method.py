@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.known_ground import KnownGround
 from touchline.services.planner.free_space.convex_parts import Corner
-from touchline.services.planner.free_space.curve_search import curve_way
 from touchline.services.planner.free_space.ground_ways import EVERYWHERE, GroundWays, WaySearch, ways_over
-from touchline.services.planner.free_space.joined_ways import joining_paths
 from touchline.services.planner.free_space.rounded_legs import path_is_free, rounded
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
+from touchline.services.planner.poses.curve_search import curve_way
 from touchline.services.planner.poses.dubins_paths import with_heading
 from touchline.services.planner.poses.g2_path import G2Path, paths_by_g2
+from touchline.services.planner.poses.joined_ways import joining_paths
 from touchline.services.planner.poses.pose_method import PoseMethod, PosePath, heading_note
 from touchline.services.planner.poses.rest_to_rest import rest_to_rest_s
 from touchline.services.planner.poses.traveller import TURN_SHARES, Traveller

@@ -1,0 +1,85 @@
+"""Ways round outlines by straights and turns on the spot, between standstills beside two painted curves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Final
+
+import shapely
+
+from touchline.core.robust_overlay import as_area
+from touchline.services.planner.collision.checker import MARGIN_M, CollisionChecker
+from touchline.services.planner.free_space.ground_ways import GroundWays
+from touchline.services.planner.free_space.obstructed_ground import ObstructedGround
+from touchline.services.planner.free_space.rounded_legs import rounded
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, arc_displacement, joined
+from touchline.services.planner.steering.method import CurveEnd
+from touchline.services.planner.steering.turns import ContinuousTurn
+from touchline.services.planner.transitions.transitions import REVERSING, Transition, TransitionFamily
+
+OFF_M: Final = MARGIN_M + 0.002
+"""Distance of the body from outlines: what the checker asks for, and the error of tight turns."""
+
+
+class WaysRound:
+    """Ways of a robot that turns on the spot, by a map of the ground that is made when it is first needed.
+
+    Args:
+        checker: Checker of the outlines.
+        around: Points (m, map frame) that are on the ground in any case, if there is no boundary.
+        transitions: Transitions of the method in use.
+    """
+
+    def __init__(
+        self, checker: CollisionChecker, around: Sequence[tuple[float, float]], transitions: TransitionFamily
+    ) -> None:
+        self._checker, self._around, self._transitions = checker, around, transitions
+        turns = sorted(transitions.turns, key=lambda each: -each.speed_mps)
+        self._turns = [ContinuousTurn(each.curvature_1pm, each.sharpness_1pm2) for each in turns]
+
+    @cached_property
+    def _ways(self) -> GroundWays:
+        checker = self._checker
+        outlines = [
+            as_area(shapely.make_valid(shapely.Polygon(checker.edges[checker.owner == number, :2])))
+            for number in range(len(checker.names))
+        ]
+        boundary = outlines.pop(0) if checker.bounded else None
+        ground = ObstructedGround.of(boundary, outlines, self._around)
+        corners = [(x, y) for x, y in checker.body.tolist()]
+        return GroundWays(ground, corners, OFF_M, backs=REVERSING in self._transitions.standing, thorough=False)
+
+    def knows(self, start: CurveEnd, goal: CurveEnd) -> bool:
+        """Return whether there is room to stand straight behind the start and before the goal: else nothing is known.
+
+        Args:
+            start: End of the last painted curve.
+            goal: Beginning of the next one.
+        """
+        return all(self._ways.body.stands_free(pose) for pose in (self._beside(start, 1), self._beside(goal, -1)))
+
+    def between(self, start: CurveEnd, goal: CurveEnd) -> Transition | None:
+        """Find a short way; None if the map has none.
+
+        Args:
+            start: End of the last painted curve.
+            goal: Beginning of the next one.
+        """
+        ways, ends = self._ways, (self._beside(start, 1), self._beside(goal, -1))
+        out, into = (Piece(self._room_m(end), end.curvature_1pm) for end in (start, goal))
+        speeds = [self._transitions.speed_mps(end) for end in (start, goal)]
+        found = list[Transition]()
+        for legs in (ways.coarse_legs(*ends), ways.roomy_legs(*ends)):
+            if legs is not None:
+                pieces = joined((out, *rounded(legs, self._turns, ways.body).pieces, into))
+                found.append(Transition(self._transitions.seconds(pieces, *speeds), PiecePath(start.pose, pieces)))
+        return min(found, key=lambda each: each.seconds, default=None)
+
+    def _beside(self, end: CurveEnd, ahead: int) -> PathPose:
+        """Standstill on an extension of a curve."""
+        room_m = ahead * self._room_m(end)
+        return end.pose.moved(arc_displacement(room_m, end.curvature_1pm), room_m * end.curvature_1pm)
+
+    def _room_m(self, end: CurveEnd) -> float:
+        return self._transitions.room_m((self._transitions.speed_mps(end),))

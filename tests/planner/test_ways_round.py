@@ -1,0 +1,29 @@
+"""Lines behind things that no single pose in between leads round."""
+
+from tests.planner.drawn import box, drawn
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.collision.checker import CollisionChecker
+from touchline.services.planner.geometry.clothoid import PiecePath
+from touchline.services.planner.plan import plan
+
+WALLS = (box((5.0, -8.0), (5.3, 4.5), "1"), box((10.0, -4.5), (10.3, 8.0), "2"), box((15.0, -8.0), (15.3, 4.5), "3"))
+FENCE = box((-14.0, -8.0), (34.0, 8.0), "fence")
+
+
+def test_a_line_behind_three_walls_is_reached() -> None:
+    template = drawn((-6.0, 0.0, 1.5, 0.0), (19.0, 0.0, 26.0, 0.0), obstacles=WALLS, boundary=FENCE)
+    planned = plan(template, Vehicle(), PlanOptions())
+    assert not planned.report.left_out
+    checker = CollisionChecker.of(template, Vehicle())
+    assert checker is not None
+    assert all(checker.is_clear(PiecePath(each.path.start, each.path.pieces)) for each in planned.sections)
+
+
+def test_of_two_lines_that_no_way_joins_one_is_left_out() -> None:
+    room = (box((17.0, -3.0), (28.0, -2.7), "s"), box((17.0, 2.7), (28.0, 3.0), "n"))
+    ends = (box((17.0, -3.0), (17.3, 3.0), "w"), box((27.7, -3.0), (28.0, 3.0), "e"))
+    template = drawn((-6.0, 0.0, 1.5, 0.0), (19.0, 0.0, 26.0, 0.0), obstacles=(*room, *ends), boundary=FENCE)
+    planned = plan(template, Vehicle(), PlanOptions())
+    (gap,) = planned.report.left_out
+    assert (gap.line_id, gap.from_m, gap.to_m) in {("s0", 0.0, 7.5), ("s1", 0.0, 7.0)}
