@@ -14,6 +14,7 @@ LONG = frozenset(
         "fields",
         "fleet_recorded",
         "goals",
+        "pitch",
         "protection",
         "random_fields",
         "routes",
