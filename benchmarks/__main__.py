@@ -11,6 +11,7 @@ from benchmarks._settings import NotHereError, available, benchmark, parsed
 
 LONG = frozenset(
     (
+        "clear_away",
         "fields",
         "fleet_recorded",
         "goals",
