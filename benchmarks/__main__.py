@@ -11,9 +11,11 @@ from benchmarks._settings import NotHereError, available, benchmark, parsed
 
 LONG = frozenset(
     (
+        "clear_away",
         "fields",
         "fleet_recorded",
         "goals",
+        "pitch",
         "protection",
         "random_fields",
         "routes",

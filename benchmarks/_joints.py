@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from typing import Final, NamedTuple
 
@@ -67,13 +67,22 @@ def joints(*ledgers: PaintLedger) -> list[Joint]:
     Ledgers are of the same lines, which continue one another; paint of all of them counts. Exact to the millisecond of
     the valve.
     """
-    curves = [target.curve for target in ledgers[0].targets]
-    spans = sorted(
-        (_station(stroke.points[0], curves), _station(stroke.points[-1], curves))
+    return joints_along([target.curve for target in ledgers[0].targets], full_strokes(*ledgers))
+
+
+def full_strokes(*ledgers: PaintLedger) -> list[NDArray[np.float64]]:
+    """Points (n, 2) of each stroke of full width, true paint."""
+    return [
+        stroke.points
         for ledger in ledgers
         for stroke in ledger.strokes()
         if stroke.width_m > 0.99 * ledger.spray_width_m
-    )
+    ]
+
+
+def joints_along(curves: Sequence[Curve], strokes: Iterable[NDArray[np.float64]]) -> list[Joint]:
+    """Every place along curves that continue one another where one of these strokes ends and another goes on."""
+    spans = sorted(sorted((_station(points[0], curves), _station(points[-1], curves))) for points in strokes)
     ends = itertools.accumulate((end for _, end in spans), max)
     return [
         Joint(max(begin - end, 0.0), max(min(end, stroke_end) - begin, 0.0))

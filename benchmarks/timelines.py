@@ -9,23 +9,19 @@ import math
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
-from itertools import pairwise
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks._settings import Small
 from benchmarks._stops_for_things import with_lidar
+from benchmarks._true_paint import TRUE_M, untrue_m
 from benchmarks._unknown_things import Box, random_things
-from touchline.core.arcs import abreast, unit
 from touchline.jobs.single.simulation import Job, Outcome, Products, simulate
 from touchline.jobs.way_round.way_round_simulation import WayRoundOutcome, simulate_way_round
 from touchline.schemas.catalogue import load_template, load_vehicle
-from touchline.schemas.curves import Curve
 from touchline.schemas.errors import TouchlineError
-from touchline.schemas.messages import PaintMarks, PlanOptions
+from touchline.schemas.messages import PlanOptions
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
@@ -34,17 +30,8 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.loaded_job import lines_and_start
 from touchline.services.robot_sim.way_round.way_round_job import goes_round
 
-Floats = NDArray[np.float64]
-
 VEHICLES: Final = {"soccer-7": "turf-tank-two", "salt-pan": "clay-roller"}
 HARDEST_N: Final = 10_000.0
-RASTER_M: Final = 0.01
-PAINTED_M: Final = 0.05
-"""Distance from a line within which a stroke paints it."""
-ALONG: Final = 0.9
-"""Share of a stroke's length that it has along a line which it paints."""
-TRUE_M: Final = 0.02
-"""Difference between reported and true ends of a gap."""
 BEYOND_M: Final = 2.0
 """Margin round a field within which things are."""
 SMALL = Small(
@@ -115,20 +102,20 @@ def _run(number: int, field: str, jobs: dict[str, Job]) -> Timeline:
     contacts = figures.get("contacts", {"while_moving": 0, "at_rest": 0})
     gaps = figures.get("gaps", {"total_m": 0.0, "stretches": []})
     whole = not figures["reason"]  # a job that is stopped does not list what it has not come to
-    untrue_m = _untrue_m(job.template, gaps["stretches"], outcome.strokes, whole=whole)
+    off_m = untrue_m(job.template, gaps["stretches"], outcome.strokes, whole=whole)
     row = Timeline(
         field,
         figures["reason"].split(":")[0] or "finished",
         contacts["while_moving"],
         contacts["at_rest"],
         gaps["total_m"],
-        untrue_m,
+        off_m,
         figures["traversal"]["total_time_s"],
     )
     print(f"{number:4} {field:10} {len(things):3} things {len(figures.get('drives', [1])):3} drives ", end="")
     print(f"{row.moving:2} contacts in motion {row.at_rest:3} at rest {row.left_out_m:7.2f} m left out ", end="")
     print(
-        f"(untrue by {untrue_m:.3f} m) {row.time_s:7.1f} s in {time.process_time() - begun:.0f} s  {row.ending}",
+        f"(untrue by {off_m:.3f} m) {row.time_s:7.1f} s in {time.process_time() - begun:.0f} s  {row.ending}",
         flush=True,
     )
     return row
@@ -146,49 +133,3 @@ def _box(template: Template) -> Box:
     points = np.concatenate([*lines, *(np.array(area.outline) for area in template.areas)])
     low, high = points.min(axis=0) - BEYOND_M, points.max(axis=0) + BEYOND_M
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
-
-
-def _untrue_m(
-    template: Template, gaps: Sequence[dict[str, Any]], strokes: Sequence[PaintMarks], *, whole: bool
-) -> float:
-    """Return the longest stretch (m) that a report says is left out and is painted, or the other way round."""
-    worst_m = 0.0
-    for segment in template.segments:
-        curve = segment.curve()
-        at_m = np.arange(0.0, curve.length_m, RASTER_M)
-        painted, told = np.zeros(len(at_m), dtype=bool), np.zeros(len(at_m), dtype=bool)
-        row = np.array((curve.x_m, curve.y_m, curve.heading_rad, curve.curvature_1pm, curve.length_m))
-        for stroke in strokes:
-            painted |= _painted(row, len(at_m), stroke)
-        for gap in gaps:
-            if gap["line"] == segment.id:
-                told |= (at_m >= gap["along_m"][0]) & (at_m <= gap["along_m"][1])
-        worst_m = max(worst_m, _longest(painted & told), _longest(~painted & ~told) if whole else 0.0)
-    return worst_m
-
-
-def _painted(row: Floats, cells: int, stroke: PaintMarks) -> NDArray[np.bool_]:
-    """Return which cells (n,) of a line's raster a stroke has painted that runs along it, and not only across."""
-    found = np.zeros(cells, dtype=bool)
-    heading = unit(float(row[2]))
-    ends = np.column_stack((stroke.x_m, stroke.y_m)) @ (1.0, 1.0j)
-    for a, b in pairwise(ends.tolist()):
-        from_m, to_m = (abreast(point, row, heading) for point in (a, b))
-        low_m, high_m = sorted((from_m, to_m))
-        if high_m - low_m < ALONG * abs(b - a):
-            continue
-        middle = _place(row, 0.5 * (low_m + high_m))
-        if abs(0.5 * (a + b) - middle) < PAINTED_M:
-            found[max(math.ceil(low_m / RASTER_M), 0) : math.floor(high_m / RASTER_M) + 1] = True
-    return found
-
-
-def _place(row: Floats, at_m: float) -> complex:
-    x, y, *_ = Curve(*row.tolist()).at(at_m)
-    return complex(x, y)
-
-
-def _longest(where: NDArray[np.bool_]) -> float:
-    """Length of the longest run of the raster (m)."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], where.astype(int), [0]))))
-    return RASTER_M * float((edges[1::2] - edges[::2]).max(initial=0))

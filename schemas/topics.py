@@ -174,6 +174,10 @@ TRUE_WAY = Topic("truth/way", m.TrueWay, recorded=False, units="m", general=Fals
 OBSTACLES = Topic("obstacles", m.Obstacles, 5, units="m, m/s", tolerance=1e-6, general=False)
 #: Of a robot with a lidar: what it does about things in its way.
 WAY_ROUND = Topic("traversal/way_round", m.WayRound, latched=True, units="m", tolerance=1e-6, general=False)
+#: Of a robot with a lidar under way: where a thing that may move stops it, and where one slows it down. They follow
+#: from its state, so they count in no hash.
+STOP_ZONE = Topic("protection/stop_zone", m.PolygonStamped, 5, units="m", tolerance=1e-5, general=False, hashed=False)
+SLOW_ZONE = Topic("protection/slow_zone", m.PolygonStamped, 5, units="m", tolerance=1e-5, general=False, hashed=False)
 #: From the coordinator to a robot.
 GUIDANCE = Topic("traversal/guidance", m.Guidance, units="m, s", tolerance=1e-6, general=False, publishers=_TEAM)
 PLAN = Topic("plan", m.Trajectory, latched=True, units="m", tolerance=1e-9)

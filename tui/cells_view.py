@@ -30,6 +30,8 @@ COLORS = {
     Ink.LIMIT: (theme.PURPLE, ""),
     Ink.PAINT: (theme.WHITE, "bold"),
     Ink.MISSED: (theme.VERMILION, "bold"),
+    Ink.SLOW_ZONE: (theme.ORANGE, ""),
+    Ink.STOP_ZONE: (theme.ORANGE, ""),
     Ink.SEEN: (theme.VERMILION, ""),
     Ink.BODY: (theme.ORANGE, "bold"),
     Ink.LABEL: (theme.LABEL, ""),

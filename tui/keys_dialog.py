@@ -32,6 +32,7 @@ LEGEND = (
     ("●", theme.PATH, "driven only"),
     (MISSED_MARK, theme.VERMILION, "missed"),
     ("●", theme.PURPLE, "limit"),
+    ("●", theme.ORANGE, "zone"),
 )
 MARKS_LEGEND = (
     ("→", f"{theme.BLACK} on {theme.ORANGE}", "robot"),
@@ -48,6 +49,8 @@ SHAPES_LEGEND = (
     (MARKS[Ink.PATH], "", "driven only"),
     (MISSED_MARK, "bold", "missed"),
     (MARKS[Ink.LIMIT], "", "limit"),
+    (MARKS[Ink.STOP_ZONE], "", "stops"),
+    (MARKS[Ink.SLOW_ZONE], "", "slows"),
     (MARKS[Ink.SEEN], "", "seen"),
 )
 """Legend without colours; see `mono_cells`."""

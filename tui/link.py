@@ -42,6 +42,8 @@ CLOSELY = (
     topics.AREA,
     topics.AREA_REPORT,
     topics.OBSTACLES,
+    topics.STOP_ZONE,
+    topics.SLOW_ZONE,
 )
 """Topics that are not subscribed while the robot is out of view."""
 SKIMMED_S = 1.0

@@ -18,6 +18,7 @@ from touchline.tui.raster import BRAILLE_BASE, EMPTY, GrowingLayer, Polyline, da
 from touchline.tui.robot import ShownPose
 from touchline.tui.spread import Spread
 from touchline.tui.viewport import DOTS_Y, Viewport
+from touchline.tui.zone_outlines import NO_ZONES, ZoneOutlines
 
 ARROWS = "→↗↑↖←↙↓↘"
 ANY_HEADING = "✕"
@@ -26,8 +27,10 @@ AXLE_PATH_DOT_M = 0.1
 """Scale from which the axle's path beside a painted line is shown."""
 BODY_DOT_M = 0.1
 """Scale from which the robot has a shape."""
+ZONE_DOT_M = 0.25
+"""Scale from which the zones of its protection are shown."""
 DASH_DOTS = 3
-"""Length of dashes and gaps of a previewed path."""
+"""Length of dashes and gaps of a previewed path, and of the zone in which a thing slows the robot down."""
 GRID_MIN_CELLS = 7
 HEADING_CELLS = 4.0
 """Length of the line that shows a goal's heading."""
@@ -52,24 +55,28 @@ class Ink(IntEnum):
     LIMIT = 6
     PAINT = 7
     MISSED = 8
-    SEEN = 9
+    SLOW_ZONE = 9
+    """Outline in which a thing slows the robot down."""
+    STOP_ZONE = 10
+    """Outline in which a thing stops the robot."""
+    SEEN = 11
     """Outline of an obstacle that the plan does not know."""
-    BODY = 10
-    LABEL = 11
-    OBSTACLE = 12
+    BODY = 12
+    LABEL = 13
+    OBSTACLE = 14
     """Kind of an obstacle that the plan does not know, and the direction of its motion."""
-    ABSENT = 13
+    ABSENT = 15
     """Place of an obstacle of the plan that is missing."""
-    OTHER = 14
-    OTHER_STOPPED = 15
-    NOZZLE_OFF = 16
-    NOZZLE_ON = 17
-    GOAL = 18
-    ROBOT = 19
-    ROBOT_STOPPED = 20
-    UNHEARD = 21
+    OTHER = 16
+    OTHER_STOPPED = 17
+    NOZZLE_OFF = 18
+    NOZZLE_ON = 19
+    GOAL = 20
+    ROBOT = 21
+    ROBOT_STOPPED = 22
+    UNHEARD = 23
     """Last known position of a silent robot."""
-    GONE = 22
+    GONE = 24
 
 
 @dataclass(frozen=True)
@@ -101,6 +108,8 @@ class MapScene:
     """Areas of a covering tool, whose strokes are then shown as a band."""
     obstacles: tuple[ObstacleView, ...] = ()
     """Obstacles that the robot sees."""
+    zones: ZoneOutlines = NO_ZONES
+    """Zones of its protection."""
     vehicle: Vehicle = field(default_factory=Vehicle)
     robot: ShownPose | None = None
     spread: Spread | None = None
@@ -122,8 +131,8 @@ class MapScene:
         robots = (self.robot, self.spread, self.stopped, self.spraying, self.name, self.others)
         area = self.area.key if self.area is not None else ()
         goal = (self.goal, id(self.preview))
-        seen = id(self.obstacles)
-        return (*revisions, len(self.paint), len(self.limits), *area, id(self.vehicle), *robots, *goal, seen)
+        seen = (id(self.obstacles), id(self.zones))
+        return (*revisions, len(self.paint), len(self.limits), *area, id(self.vehicle), *robots, *goal, *seen)
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,6 +191,9 @@ class MapRaster:
         codes[inks == Ink.MISSED] = ord(MISSED_MARK)
         cells = Cells(codes, inks, stripes(view, step))
         overlay(view, dashed(scene.preview, DASH_DOTS * view.dot_m), Ink.CURRENT_PATH, bits, cells)
+        if view.dot_m <= ZONE_DOT_M:
+            overlay(view, dashed(scene.zones.slow, DASH_DOTS * view.dot_m), Ink.SLOW_ZONE, bits, cells)
+            overlay(view, scene.zones.stop, Ink.STOP_ZONE, bits, cells)
         _draw_obstacles(view, scene.obstacles, bits, cells)
         if scene.robot and scene.spread and 2 * scene.spread.long_m > view.cell_m:
             overlay(view, scene.spread.outline(scene.robot.x_m, scene.robot.y_m), Ink.BODY, bits, cells)

@@ -37,6 +37,8 @@ DRAG_CELLS = 1.5
 
 _UNHEARD = (f"{theme.BLACK} on {theme.MUTED}", "")
 _STALE_COLORS = {
+    Ink.SLOW_ZONE: (theme.MUTED, ""),
+    Ink.STOP_ZONE: (theme.MUTED, ""),
     Ink.SEEN: (theme.MUTED, ""),
     Ink.OBSTACLE: _UNHEARD,
     Ink.ABSENT: _UNHEARD,
@@ -54,7 +56,7 @@ class GoalMoved(Message):
 
 
 class MapView(CellsView, can_focus=True):
-    """Map of the field with template, plan, paint, obstacles, and robot."""
+    """Map of the field with template, plan, paint, obstacles, zones, and robot."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(shift + key, f"pan({columns}, {rows}, {bool(shift)})", "Pan", show=False)
@@ -133,6 +135,7 @@ class MapView(CellsView, can_focus=True):
             paint=state.paint.line,
             paint_revision=state.paint.revision,
             obstacles=state.obstacles,
+            zones=state.zones,
             vehicle=state.vehicle,
             robot=state.robot.pose if state.robot_alive else None,
             spread=state.robot.spread,

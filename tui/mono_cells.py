@@ -13,8 +13,15 @@ from touchline.tui.raster import BRAILLE_BASE
 
 EVERY_OTHER_DOT: Final = 0x95
 """Chessboard pattern of the eight dots of a cell: lines in all directions are dotted."""
-MARKS: Final = {Ink.PATH: "·", Ink.CURRENT_PATH: "•", Ink.LIMIT: "+", Ink.SEEN: "#"}
-"""Marks of transitions, the current transition, limits of the body, and outlines of obstacles seen."""
+MARKS: Final = {
+    Ink.PATH: "·",
+    Ink.CURRENT_PATH: "•",
+    Ink.LIMIT: "+",
+    Ink.SLOW_ZONE: "~",
+    Ink.STOP_ZONE: "=",
+    Ink.SEEN: "#",
+}
+"""Marks of transitions, the current transition, limits of the body, zones, and outlines of obstacles seen."""
 STYLES: Final = {Ink.CURRENT: (theme.YELLOW, "reverse"), Ink.CURRENT_PATH: (theme.SKY, "bold")}
 
 

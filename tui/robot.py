@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -25,10 +25,12 @@ from touchline.schemas.messages.touchline import (
     TrueCoverage,
     UnfinishedJob,
 )
+from touchline.schemas.messages.viewing_messages import PolygonStamped
 from touchline.schemas.messages.way_round_messages import WayRound
 from touchline.schemas.plain_text import plain
 from touchline.tui.obstacle_view import ObstacleView, obstacle_views
 from touchline.tui.spread import Spread
+from touchline.tui.zone_outlines import NO_ZONES, ZoneOutlines, closed_outline
 
 MOVING_MPS = 0.05
 """Speed below which the motion does not show the steering angle."""
@@ -76,6 +78,10 @@ class Robot:
     obstacles: tuple[ObstacleView, ...] = ()
     """Unknown and missing obstacles that it reported last."""
     obstacles_s: float = -math.inf
+    """Sim time of that report."""
+    zones: ZoneOutlines = NO_ZONES
+    """Zones of its protection that it reported last."""
+    zones_s: float = -math.inf
     """Sim time of that report."""
     way_round: WayRound = field(default_factory=WayRound)
     """Its handling of things in its way."""
@@ -137,6 +143,14 @@ class Robot:
     def _obstacles(self, message: Obstacles) -> None:
         self.obstacles, self.obstacles_s = obstacle_views(message), seconds(message.header.stamp)
 
+    def _stop_zone(self, message: PolygonStamped) -> None:
+        self.zones = replace(self.zones, stop=closed_outline(message))
+        self.zones_s = seconds(message.header.stamp)
+
+    def _slow_zone(self, message: PolygonStamped) -> None:
+        self.zones = replace(self.zones, slow=closed_outline(message))
+        self.zones_s = seconds(message.header.stamp)
+
     def take_plan(self, *, follows: bool) -> bool:
         """Note that a plan has come; return True if it is of the next drive of the same job.
 
@@ -188,6 +202,8 @@ ROBOT_TOPICS: Mapping[str, Callable[[Robot, Any], None]] = {
     topics.PAUSE_STATUS.name: Robot._pause,
     topics.ABOUT_TO_MOVE.name: Robot._warning,
     topics.OBSTACLES.name: Robot._obstacles,
+    topics.STOP_ZONE.name: Robot._stop_zone,
+    topics.SLOW_ZONE.name: Robot._slow_zone,
     topics.WAY_ROUND.name: Robot._way_round,
     topics.TRUE_COVERAGE.name: Robot._truth,
     topics.UNFINISHED.name: Robot._unfinished,

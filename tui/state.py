@@ -40,12 +40,13 @@ from touchline.tui.paint_track import PaintTrack
 from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected, Skimmed
 from touchline.tui.replay_view import ReplayView
 from touchline.tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, ShownPose, seconds
+from touchline.tui.zone_outlines import NO_ZONES, ZoneOutlines
 
 EXPECTED_NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
 """Processes that are listed even before they appear."""
 _MOST_SPEAKERS = 256
 SEEN_S = 1.0
-"""Sim time for which a report of obstacles counts; a robot that sees sends five a second."""
+"""Sim time for which a report of obstacles or zones counts; a robot that sees sends five a second."""
 SPEED_REPORT_S = 2.5
 """Maximum time until the robot reports a new speed factor; until then it may still report the old one."""
 
@@ -184,6 +185,13 @@ class ConsoleState:
         now_s = self.robot.sim_time_s
         old = now_s is not None and now_s - self.robot.obstacles_s > SEEN_S
         return self.robot.obstacles if self.robot_alive and not old else ()
+
+    @property
+    def zones(self) -> ZoneOutlines:
+        """Zones of the robot's protection now, or when it was last heard."""
+        now_s = self.robot.sim_time_s
+        old = now_s is not None and now_s - self.robot.zones_s > SEEN_S
+        return self.robot.zones if self.robot_alive and not old else NO_ZONES
 
     @property
     def busy(self) -> bool:

@@ -24,6 +24,9 @@ class PlanOptions(Message):
     outline (-1: as many as it needs) and lanes in the direction ``swath_angle_deg`` (empty: the area's, or which suits
     best), and goes on touching up until it covers ``coverage_pct`` of what can be reached (0: what is cheap).
 
+    Plans of lines keep farther off obstacles if the vehicle has a lidar, so that its protection lets it drive; with a
+    ``margin_m`` of 0 they do not, as the obstacles have that clearance already.
+
     Stretches of lines along which the body would touch an outline are left out and reported; with ``obstructed``
     "refuse" there is no plan then.
     """

@@ -41,6 +41,30 @@ class NavPath(Message):
     poses: tuple[PoseStamped, ...] = ()
 
 
+class Point32(Message):
+    """Position, metres, of half the size."""
+
+    ros_type: ClassVar[str] = "geometry_msgs/msg/Point32"
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+class PolygonMessage(Message):
+    """Corners of an outline; the last one is joined to the first one."""
+
+    ros_type: ClassVar[str] = "geometry_msgs/msg/Polygon"
+    points: tuple[Point32, ...] = ()
+
+
+class PolygonStamped(Message):
+    """An outline in a frame."""
+
+    ros_type: ClassVar[str] = "geometry_msgs/msg/PolygonStamped"
+    header: Header = Header()
+    polygon: PolygonMessage = PolygonMessage()
+
+
 class ColorRGBA(Message):
     """Red, green, blue and opacity, each 0…1."""
 

@@ -12,6 +12,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.collision.checker import CollisionChecker
 from touchline.services.planner.collision.clear_lines import ReachableLines, reachable_lines, with_room
+from touchline.services.planner.collision.kept_clearance import with_standing_clearance
 from touchline.services.planner.collision.ways_round import WaysRound
 from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name
 from touchline.services.planner.coverage.area_swaths import painted_segments
@@ -116,7 +117,8 @@ def nothing_reached(lines: ReachableLines) -> PlanningError:
 
 
 def _clear_of_outlines(segments: tuple[TemplateSegment, ...], task: PlanTask) -> ReachableLines:
-    return reachable_lines(segments, task.template, task.vehicle, task.limits, turned=ordering(task.options))
+    template = with_standing_clearance(task.template, task.vehicle, task.options)
+    return reachable_lines(segments, template, task.vehicle, task.limits, turned=ordering(task.options))
 
 
 def _driver(task: PlanTask) -> ItineraryBuilder:
@@ -125,7 +127,8 @@ def _driver(task: PlanTask) -> ItineraryBuilder:
     Raises:
         PlanningError: An option cannot be met, or the robot touches an outline at its start.
     """
-    template, vehicle, options = task.template, task.vehicle, task.options
+    vehicle, options = task.vehicle, task.options
+    template = with_standing_clearance(task.template, vehicle, options)
     start, checker = pose_of(START, options.start), CollisionChecker.of(template, vehicle)
     if start and checker and (hit := checker.collision(PiecePath(start, ()))):
         raise PlanningError("", f"begins where the robot's body touches {hit}", "drive it off there, or move that")

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from touchline.onboard import Onboard
 from touchline.onboard.interface import AuxiliarySample, CameraSample, MoveOffWarning, OnboardEvent, Pause, Status
 from touchline.onboard.perception.perception import Perception
 from touchline.onboard.perception.tracks import THING
+from touchline.onboard.protection.protection_zones import ProtectionZones
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
@@ -167,6 +173,30 @@ def obstacles(tick: int, perception: Perception) -> Payload:
         for each in perception.seen_outlines
     ]
     return topics.OBSTACLES, encode(m.Obstacles(header=header(tick), obstacles=(*unknown, *known)))
+
+
+def zones(tick: int, found: ProtectionZones) -> list[Payload]:
+    """Pack the zones of a robot's protection.
+
+    Args:
+        tick: Tick after which they are sent.
+        found: The zones.
+    """
+    outlines = ((topics.STOP_ZONE, found.stop_m), (topics.SLOW_ZONE, found.slow_m))
+    return [(topic, _polygon(stamp(tick), outline)) for topic, outline in outlines]
+
+
+def _polygon(time: Stamp, outline: NDArray[np.float64]) -> bytes:
+    """Pack an outline; as messages, its corners would take a millisecond."""
+    empty, points = _empty_polygon(), np.zeros((len(outline), 3), dtype="<f4")
+    points[:, :2] = outline
+    return empty[:4] + struct.pack("<iI", *time) + empty[12:-4] + struct.pack("<I", len(points)) + points.tobytes()
+
+
+@cache
+def _empty_polygon() -> bytes:
+    """Pack a polygon without corners: encoding, stamp, frame, and the number of its corners."""
+    return encode(m.PolygonStamped(header=m.Header(frame_id=MAP_FRAME)))
 
 
 def whereabouts(time: Stamp, message: m.Whereabouts) -> bytes:

@@ -42,6 +42,7 @@ from touchline.services.robot_sim.packing import (
     true_coverage,
     whereabouts,
     whereabouts_at,
+    zones,
 )
 from touchline.services.robot_sim.paint.smears import smearing
 from touchline.services.robot_sim.samples import Placed, Samples, Series, battery_state, odometry_of, sprayer_state
@@ -199,6 +200,8 @@ class Telemetry:
             due.append((topics.WHEREABOUTS, whereabouts(time, message)))
         if tick % _OBSTACLE_TICKS == 0 and (perception := emulator.onboard.perception) is not None:
             due.append(obstacles(tick, perception))
+            if (around := emulator.onboard.protection.zones) is not None:
+                due += zones(tick, around)
         if tick % _PAINT_TICKS == 0:
             due += self._paint(time)
         due += [*self._orders(), *self._events(), *self._warnings(), *self._way_round()]

@@ -32,7 +32,17 @@ def without(lines: tuple[str, ...], text: str) -> list[str]:
 
 LONG = frozenset(
     (
-        *("accuracy", "estimator", "fleet_recorded", "foxglove_cost", "joints", "kills", "lidar", "poses"),
+        *(
+            "accuracy",
+            "clear_away",
+            "estimator",
+            "fleet_recorded",
+            "foxglove_cost",
+            "joints",
+            "kills",
+            "lidar",
+            "poses",
+        ),
         *("protection", "random_fields", "routes", "shared", "simulate", "soak", "steering", "stops"),
         *("system", "timelines"),
     )

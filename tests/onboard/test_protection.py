@@ -153,6 +153,32 @@ def test_it_comes_as_close_as_it_may(rules, standing, least, most):
     assert least < 7.9 - drive.x - 0.75 < most
 
 
+@pytest.mark.parametrize("rules", [{}, {"mode": "protect"}])
+def test_zones_are_where_a_thing_slows_it_down_or_stops_it(rules):
+    drive = Drive(LINE, vehicle=ruled(**rules))
+    drive.until(lambda drive: drive.x > 4.0 and drive.run.rig.tick % 10 == 0)
+    protection, speed = drive.onboard.protection, drive.run.rig.speed
+
+    def allowed(zone, off_m, ahead_m):
+        """Speeds that things allow at so far outside of a zone, where they are ahead of the robot's origin by more."""
+        found = []
+        for at in np.linspace(0.0, 1.0, 40):
+            point = np.array(shapely.Polygon(zone).buffer(off_m).exterior.interpolate(at, normalized=True).coords)
+            if point[0, 0] > drive.x + ahead_m:
+                protection.take(Hits(point, drive.run.rig.tick, 0.02))
+                protection.watch(protection._driver)
+                found.append(protection._way.limit_mps)
+        return np.array(found)
+
+    protection.take(Hits(NOTHING, drive.run.rig.tick, 0.02))
+    zones = protection.zones
+    assert (allowed(zones.slow_m, -0.07, 0.8) < speed).all()
+    assert (allowed(zones.slow_m, 0.12, 0.8) >= speed).all()
+    assert (allowed(zones.stop_m, -0.07, 0.75) == 0.0).all()
+    assert (allowed(zones.stop_m, 0.15, 0.75) > 0.0).all()
+    assert shapely.Polygon(zones.slow_m).buffer(0.02).contains(shapely.Polygon(zones.stop_m))
+
+
 def test_who_steps_out_makes_it_brake_hard_at_once_with_the_valve_shut():
     drive = Drive(LINE)
     drive.until(lambda drive: drive.x > 5.0)

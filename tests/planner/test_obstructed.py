@@ -2,20 +2,23 @@
 
 import math
 from collections import defaultdict
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
+import shapely
 
 from tests.planner.drawn import box, drawn, lines
-from tests.planner.test_inside import VEHICLE, check_clear
+from tests.planner.test_inside import VEHICLE, bodies_at, check_clear
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.swath_ids import line_id_of
 from touchline.schemas.template import ArcSpec, Area, LineSpec, Template, TemplateSegment
-from touchline.services.planner.collision.clear_lines import reachable_lines
+from touchline.schemas.vehicles import LidarSpec, Vehicle
+from touchline.services.planner.collision.clear_lines import ReachableLines, reachable_lines
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.robot_sim.paint.targets import targets
@@ -123,6 +126,35 @@ def test_round_a_post_both_ends_are_painted_and_the_robot_s_figures_are_of_what_
 
 def _across_m(curve: Curve) -> float:
     return curve.end[1] + curve.y_m
+
+
+@pytest.mark.parametrize(("start", "least_m"), [((0.0, 3.0, 0.0), 0.2), ((9.95, 0.45, 0.0), 0.095)])
+def test_a_lidar_s_protection_lets_the_robot_follow_the_plan(start: tuple[float, ...], least_m: float) -> None:
+    robot = Vehicle(sensors=(LidarSpec(name="lidar"),))
+    beside = box((9.9, -0.3), (10.0, -0.16), "post")
+    template, options = drawn((0, 0, 20, 0), obstacles=(beside,)), PlanOptions(start=np.array(start))
+    apart_m = [_apart_m(plan(template, each, options), template) for each in (VEHICLE, robot)]
+    assert apart_m[0] == pytest.approx(0.0712, abs=0.001) and apart_m[1] > least_m - 0.005
+    kept = options.model_copy(update={"margin_m": 0.0})
+    assert _apart_m(plan(template, robot, kept), template) == apart_m[0], "its obstacles have their clearance already"
+
+
+def _apart_m(planned: Plan, template: Template) -> float:
+    """Least distance of the body from the obstacles."""
+    poses = [
+        np.column_stack(each.path.sample(np.arange(0.0, each.path.length_m, 0.01))[:3]) for each in planned.sections
+    ]
+    things = shapely.union_all([shapely.Polygon(each.corners) for each in template.obstacles])
+    return float(shapely.distance(bodies_at(np.concatenate(poses)), things).min())
+
+
+def test_parts_that_meet_are_shortened_beside_the_obstacle() -> None:
+    template = drawn((0, 0, 10, 0), obstacles=(POST,))
+    (line,) = template.segments
+    parts = ReachableLines((line,), (((0.0, 6.0), (5.995, 8.0)),), (None,), None)
+    assert parts.shortened(["s0 (1)", "s0 (2)"], "s0 (2)").spans == (((0.0, 6.0), (5.995, 7.7)),)
+    often = replace(parts, shortened_before=3).shortened(["s0 (1)", "s0 (2)"], "s0 (2)").spans
+    assert often == (((0.0, pytest.approx(5.7)), (pytest.approx(6.295), 7.7)),)
 
 
 def test_a_short_line_stays_whole_when_others_are_shortened() -> None:

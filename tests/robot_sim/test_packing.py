@@ -1,10 +1,13 @@
 """Single messages say what the robot has."""
 
+import numpy as np
 import pytest
 
-from touchline.schemas.cdr import decode
-from touchline.schemas.messages import BatteryState, GnssStatus, NavSatFix, NavSatStatus
-from touchline.services.robot_sim.packing import battery, gnss
+from touchline.onboard.protection.protection_zones import ProtectionZones
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.messages import BatteryState, GnssStatus, NavSatFix, NavSatStatus, PolygonStamped
+from touchline.services.robot_sim.packing import battery, gnss, header, zones
 from touchline.services.robot_sim.sensors.gnss_truth import GnssReport
 
 
@@ -39,3 +42,15 @@ def test_a_battery_that_is_half_empty():
     assert message.current == pytest.approx(-2.0), "negative while it gives: 75 W at 37.5 V"
     assert message.charge / message.design_capacity == pytest.approx(0.5)
     assert message.design_capacity == pytest.approx(680.0 / 37.0)
+
+
+def test_zones_are_outlines_in_the_map_frame():
+    found = ProtectionZones(
+        np.array([(1.0, 2.0), (3.0, 2.0), (2.0, 4.5)]), np.array([(0.0, 0.0), (5.0, 0.0), (5.0, 9.0)])
+    )
+    packed = dict(zones(1234, found))
+    assert list(packed) == [topics.STOP_ZONE, topics.SLOW_ZONE]
+    for topic, outline in zip(packed, found, strict=True):
+        message = decode(PolygonStamped, packed[topic])
+        assert message.header == header(1234) and encode(message) == packed[topic]
+        assert [(point.x, point.y, point.z) for point in message.polygon.points] == [(x, y, 0.0) for x, y in outline]

@@ -355,6 +355,18 @@ def obstacles(time_s: float, x_m: float = 0.0, y_m: float = 0.0) -> m.Obstacles:
     return m.Obstacles(header=header(time_s), obstacles=(person, wall, bench, missing))
 
 
+def zones(time_s: float, x_m: float = 0.0, y_m: float = 0.0) -> list[Incoming]:
+    """Zones round a robot that heads east, squares of 1.2 m either way and of 2.4 m, the larger one farther ahead."""
+    sides = ((topics.STOP_ZONE, -1.2, 1.2, 1.2), (topics.SLOW_ZONE, -2.4, 4.8, 2.4))
+    found: list[Incoming] = []
+    for topic, behind_m, ahead_m, aside_m in sides:
+        corners = ((behind_m, -aside_m), (ahead_m, -aside_m), (ahead_m, aside_m), (behind_m, aside_m))
+        points = tuple(m.Point32(x=x_m + x, y=y_m + y) for x, y in corners)
+        polygon = m.PolygonMessage(points=points)
+        found.append(received(topic, m.PolygonStamped(header=header(time_s), polygon=polygon)))
+    return found
+
+
 def before_person(template: Template) -> list[Incoming]:
     """The robot waits before a person, and goes round 8 s from now."""
     reason = "something that stands is in the way, 0.8 m from the robot"
@@ -370,5 +382,6 @@ def before_person(template: Template) -> list[Incoming]:
         received(topics.STATUS, status(template, m.TraversalStatus.PAUSED, 14, 0.55, reason=reason)),
         received(topics.WAY_ROUND, waits),
         received(topics.OBSTACLES, obstacles(100.0, here.pose.pose.position.x, here.pose.pose.position.y)),
+        *zones(100.0, here.pose.pose.position.x, here.pose.pose.position.y),
         *robot_health(valve=False),
     ]

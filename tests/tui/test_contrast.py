@@ -114,7 +114,7 @@ def difference(one: str, other: str, system: str) -> float:
 
 
 LINES = (Ink.PATH, Ink.CURRENT_PATH, Ink.TEMPLATE, Ink.CURRENT, Ink.LIMIT, Ink.PAINT, Ink.MISSED)
-SHAPES = (*LINES, Ink.SEEN)
+SHAPES = (*LINES, Ink.SLOW_ZONE, Ink.STOP_ZONE, Ink.SEEN)
 """The outline of an obstacle has the colour of missed ground, which is a cross."""
 CLEARLY = 20.0
 """ΔE of thin lines, a few dots wide, that nobody takes for one another."""

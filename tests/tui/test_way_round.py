@@ -163,6 +163,25 @@ async def test_the_map_shows_what_is_seen_and_what_is_known(waiting: list[Incomi
         assert Ink.OBSTACLE not in view.cells.inks, "seen too long ago"
 
 
+async def test_the_map_shows_near_by_where_things_stop_the_robot_and_slow_it_down(waiting: list[Incoming]) -> None:
+    async with console(*waiting, size=(80, 24)) as (app, link, pilot):
+        view, zones = app.query_one(MapView), {Ink.STOP_ZONE, Ink.SLOW_ZONE}
+        assert view.cells is not None
+        assert not zones & set(view.cells.inks.ravel().tolist()), "a few dots would hide the field"
+        await pilot.press("f", *["plus"] * 5)
+        await settle(pilot)
+        assert zones <= set(view.cells.inks.ravel().tolist())
+        link.incoming.append(at(102.0))
+        await settle(pilot)
+        assert not zones & set(view.cells.inks.ravel().tolist()), "reported too long ago"
+
+
+def test_an_unreadable_zone_is_counted_and_not_shown(template: Template) -> None:
+    broken = m.PolygonMessage(points=(m.Point32(x=float("inf")),))
+    shown = state(*scenes.mid_run(template), received(topics.STOP_ZONE, m.PolygonStamped(polygon=broken)))
+    assert shown.rejected == 1 and not len(shown.zones.stop)
+
+
 @pytest.mark.parametrize(
     "broken",
     [

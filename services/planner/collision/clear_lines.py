@@ -22,6 +22,8 @@ PART_MIN_M = 0.3
 SHORTER_M = 0.3
 """A part that cannot be reached or left is shortened by this at obstructed ends, a few times; then by ever more."""
 _EVEN = 6
+_JOINED = 3
+"""So many times a part keeps its ends at which another part of its line goes on."""
 STEP_M = 0.002
 """Greatest motion of any point of the body between poses at which a line's clearance is looked up."""
 OVERLAP_M = 0.005
@@ -102,8 +104,13 @@ class ReachableLines:
         spans = [list(each) for each in self.spans]
         changed = False
         for number, part in {names[name] for name in ids}:
-            (from_m, to_m), length_m = spans[number][part], self.lines[number].curve().length_m
-            shorter = from_m + by_m * (from_m > 0.0), to_m - by_m * (to_m < length_m)
+            (from_m, to_m), length_m = self.spans[number][part], self.lines[number].curve().length_m
+            first, last = from_m > 0.0, to_m < length_m
+            if self.shortened_before < _JOINED:
+                first, last = (
+                    cut and not self._goes_on(number, part, at) for cut, at in ((first, from_m), (last, to_m))
+                )
+            shorter = from_m + by_m * first, to_m - by_m * last
             changed |= shorter != (from_m, to_m)
             spans[number][part] = shorter
         if not changed:
@@ -114,6 +121,11 @@ class ReachableLines:
             tuple((a, b) for a, b in each if b - a >= least) for each, least in zip(spans, least_m, strict=True)
         )
         return replace(self, spans=kept, shortened_before=self.shortened_before + 1)
+
+    def _goes_on(self, number: int, part: int, at_m: float) -> bool:
+        """True if another part of the line goes on at an end of this one."""
+        others = (span for other, span in enumerate(self.spans[number]) if other != part)
+        return any(a <= at_m <= b for a, b in others)
 
 
 def reachable_lines(

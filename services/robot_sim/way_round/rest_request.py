@@ -14,6 +14,7 @@ from touchline.onboard.protection.stopping import stopping_with
 from touchline.schemas.known_ground import KnownGround, KnownObstacle
 from touchline.schemas.messages import PlanOptions, PlanReport
 from touchline.schemas.plan_cause import PlanCause
+from touchline.schemas.standing_clearance import HIT_ERROR_M
 from touchline.schemas.template import Polygon, Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.grown_outlines import body_at, grown
@@ -30,8 +31,6 @@ SIMPLER_M: Final = 0.005
 """Rounding of outlines."""
 OFF_PATH_M: Final = 0.1
 """Allowance for the robot's distance from its path."""
-HIT_ERROR_M: Final = 0.1
-"""Allowance for the error of hits."""
 PASSING_MPS: Final = 0.2
 """Speed at which the robot can pass a thing beside its way."""
 

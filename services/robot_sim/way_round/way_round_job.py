@@ -12,6 +12,7 @@ from touchline.onboard.perception.perception import lidars_of
 from touchline.schemas.line_parts import DONE_M
 from touchline.schemas.messages import LeftOutStretch, PlanOptions, Time, Trajectory, TraversalStatus
 from touchline.schemas.messages import WayRound as Said
+from touchline.schemas.standing_clearance import standing_clearance_m
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
@@ -146,12 +147,16 @@ class WayRoundJob:
         kept_m += self.remains.clearances.far_side_m + WIDER_M * self._in_vain
         things = self._seen.look(onboard, self.remains.template.obstacles)
         seen = with_margin(things, pose, vehicle, kept_m, self.remains.clearances.left_m)
+        if not self.remains.template.areas:  # of areas, plans keep off by themselves
+            known = self.remains.template.obstacles
+            seen += with_margin(known, pose, vehicle, standing_clearance_m(vehicle), self.remains.clearances.left_m)
         rest = self.remains.rest(self._for_good, seen)
         if rest is None:
             return None
         if onboard.state in UNDER_WAY:
             self._say(Said.PLANS, _names(thing_in_the_way(onboard, things)))
-        options = self._options.model_copy(update={"start": np.array(pose), "obstructed": ""})
+        margin_m = self._options.margin_m if self.remains.template.areas else 0.0
+        options = self._options.model_copy(update={"start": np.array(pose), "obstructed": "", "margin_m": margin_m})
         return RestRequest(rest, seen, options)
 
     def finds_no_way(self, reason: str) -> str:
@@ -189,7 +194,7 @@ class WayRoundJob:
         names = self._said.things
         self.remains.note(request.rest, request.seen, trajectory, left_out)
         if self._order is WaitingOrder.LEAVE_OUT:
-            self.remains.leave_out({each.id for each in request.seen}, OPERATOR)
+            self.remains.leave_out({each.id for each in request.seen} - self._for_good, OPERATOR)
         work_done = self.remains.done
         self._in_vain = 0 if work_done > self._work_done + DONE_M else self._in_vain + 1
         self._work_done, self._passed, self._breaks_off = work_done, names, True

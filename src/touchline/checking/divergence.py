@@ -58,6 +58,8 @@ PART_OF: Final[Mapping[str, str]] = {
     topics.ESTIMATOR.name: ESTIMATOR,
     topics.OBSTACLES.name: PERCEPTION,
     topics.WAY_ROUND.name: EXECUTIVE,
+    topics.STOP_ZONE.name: EXECUTIVE,
+    topics.SLOW_ZONE.name: EXECUTIVE,
     topics.ACTUATOR_COMMAND.name: FOLLOWER,
     topics.STATUS.name: EXECUTIVE,
     topics.PAUSE_STATUS.name: EXECUTIVE,

@@ -20,6 +20,7 @@ from touchline.onboard.perception.hits import Hits
 from touchline.onboard.protection.blind_sector import blind_sector_rad
 from touchline.onboard.protection.clearance import HitArrays, clearance
 from touchline.onboard.protection.measured_way import HitsInReach, measure_way
+from touchline.onboard.protection.protection_zones import ProtectionZones, zones_of
 from touchline.onboard.protection.stopping import stopping_m, stopping_with
 from touchline.onboard.protection.way import CLEAR, NOT_LAID, SILENT, TURN, watch_way
 from touchline.schemas.vehicles import LidarSpec, Vehicle
@@ -201,6 +202,11 @@ class Protector:
     def braking_mps2(self) -> float:
         """Deceleration of a protective stop that the robot counts on."""
         return self._way.braking_mps2
+
+    @property
+    def zones(self) -> ProtectionZones | None:
+        """Zones of the robot as it is now; None if nothing is watched."""
+        return zones_of(self._computer, self._body) if self.on else None
 
     def take(self, hits: Hits) -> None:
         """Take the hits of the newest scan; call it before the first tick that follows their arrival.

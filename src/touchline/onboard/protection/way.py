@@ -313,6 +313,41 @@ def watch_way(computer: Computer) -> None:
 
 
 @kernel
+def measure_zones(computer: Computer, slow_m: Floats) -> float:
+    """Measure how near to the way to come a thing that may move stops the robot, and slows it down.
+
+    It is slowed down by what is in reach of the poses up to where it would be at rest if it began to brake as planned,
+    as in `find_stop`, or to stop, as its speed is allowed in `watch_way`.
+
+    Args:
+        computer: (1,) whose way is laid.
+        slow_m: (poses,) filled in: the distance from the body at each pose; 0 where the way is too far ahead.
+
+    Returns:
+        The distance from the body, where it is now, within which a thing stops it.
+    """
+    c = computer[0]
+    way = c.way
+    travelled_m, speed, off_m = _motion(computer)
+    stopping, age_s = _stopping(way), max(c.times.tick - way.scan_tick, way.late_ticks) * TICK_S
+    fixed_m = way.margin_m + way.error_m + off_m
+    stop_m: float = fixed_m + way.thing_mps * (way.late_ticks * TICK_S + way.reaction_s + way.creep_s)
+    planned_m, braked_m = speed * speed / (2.0 * way.planned_mps2), stopping_m(speed, stopping)
+    for j in range(len(way.ahead_m)):
+        near_m, far_m = _ends_m(way, j)
+        slow_m[j] = 0.0
+        if far_m < travelled_m:
+            continue
+        if near_m <= travelled_m + planned_m:
+            slow_m[j] = stop_m
+        if near_m <= travelled_m + braked_m:
+            slow_m[j] = max(
+                slow_m[j], fixed_m + way.thing_mps * (age_s + latest_at(far_m - travelled_m, speed, stopping))
+            )
+    return stop_m
+
+
+@kernel
 def hold_to_cap(drive: Any, computer: Computer, actuators: Floats) -> None:
     """Lower commands that are faster than the cap, along the same circle, but never brake harder than a stop does.
 
