@@ -173,7 +173,7 @@ TRUE_WAY = Topic("truth/way", m.TrueWay, recorded=False, units="m", general=Fals
 #: Of a robot with a lidar: what it sees near it.
 OBSTACLES = Topic("obstacles", m.Obstacles, 5, units="m, m/s", tolerance=1e-6, general=False)
 #: Of a robot with a lidar: what it does about things in its way.
-WAY_ROUND = Topic("traversal/way_round", m.WayRound, latched=True, units="m", tolerance=1e-6, general=False)
+WAY_ROUND = Topic("traversal/way_round", m.WayRound, latched=True, units="m, m2", tolerance=1e-6, general=False)
 #: From the coordinator to a robot.
 GUIDANCE = Topic("traversal/guidance", m.Guidance, units="m, s", tolerance=1e-6, general=False, publishers=_TEAM)
 PLAN = Topic("plan", m.Trajectory, latched=True, units="m", tolerance=1e-9)
