@@ -16,9 +16,10 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
 from touchline.services.robot_sim.settling import RESTING_MPS
-from touchline.services.robot_sim.way_round.remains import OPERATOR, PLAN, Remains
+from touchline.services.robot_sim.way_round.remains import OPERATOR, PLAN, LeftOut, Remains
 from touchline.services.robot_sim.way_round.rest_request import RestRequest, passing_m, with_margin
 from touchline.services.robot_sim.way_round.seen_things import SeenThings, seen_things, thing_in_the_way
+from touchline.services.robot_sim.way_round.swath_lines import with_swaths_as_lines
 from touchline.services.robot_sim.way_round.uncovered_ground import UncoveredGround
 from touchline.services.robot_sim.way_round.unpainted_lines import UnpaintedLines
 from touchline.services.robot_sim.way_round.waiting import PATIENT, Waiting, WaitingOrder
@@ -38,17 +39,12 @@ WIDER_M: Final = 0.2
 
 
 def goes_round(vehicle: Vehicle, template: Template | None) -> bool:
-    """Return whether a robot goes round things on a job: it has a lidar, and the job is one of lines."""
-    return bool(template is not None and template.segments and not template.areas and lidars_of(vehicle))
-
-
-def covers_round(vehicle: Vehicle, template: Template) -> bool:
-    """Return whether a robot goes round things on a job of areas: it has a lidar, and its tool covers them."""
-    return bool(template.areas and not template.segments and vehicle.tool.covers and lidars_of(vehicle))
+    """Return whether a robot goes round things on a job: it has a lidar, and the job has a template."""
+    return template is not None and bool(lidars_of(vehicle))
 
 
 class WayRoundJob:
-    """Behaviour of a robot that meets things on a job of lines, or of areas that its tool covers.
+    """Behaviour of a robot that meets things on a job of lines or areas.
 
     The owner calls `look` between ticks, plans and loads what it asks for, and reports the outcome.
 
@@ -75,10 +71,11 @@ class WayRoundJob:
     ) -> None:
         self._emulator, self._options, self._told = emulator, options, told
         self._trajectory, self._waiting, self._seen = trajectory, Waiting(PATIENT), SeenThings()
+        vehicle = emulator.vehicle
         self.remains: Remains = (
-            UncoveredGround(template, emulator.vehicle, options)
-            if template.areas
-            else UnpaintedLines(template, emulator.vehicle)
+            UncoveredGround(template, vehicle, options)
+            if template.areas and vehicle.tool.covers
+            else UnpaintedLines(with_swaths_as_lines(template, trajectory, vehicle), vehicle)
         )
         self.remains.note_plan(trajectory)
         known = [*([template.boundary] if template.boundary else []), *template.obstacles]
@@ -232,9 +229,9 @@ class WayRoundJob:
             self._say(Said.DRIVES)
 
     @property
-    def left_out(self) -> tuple[LeftOutStretch, ...]:
-        """Unpainted stretches of lines at the end of the job; before that, those left out so far."""
-        return tuple(self.remains.undone if self.finished else self.remains.left_out)
+    def left_out(self) -> LeftOut:
+        """Undone work at the end of the job; before that, what is left out so far."""
+        return self.remains.undone if self.finished else self.remains.left_out
 
     @property
     def _comes_back(self) -> bool:
@@ -261,13 +258,15 @@ class WayRoundJob:
 
     def _say(self, state: int, things: tuple[str, ...] = (), goes_round_tick: int = 0, warning: str = "") -> None:
         """Report what the robot does, if that is new."""
+        left_out = self.left_out
         said = Said(
             state=state,
             things=things,
             goes_round_at=Time.of_ns(round(goes_round_tick * 1e9 / TICKS_PER_S)),
             continues=not self.over and (self._breaks_off or self._comes_back),
             drives=self._drives,
-            left_out=self.left_out,
+            left_out=left_out.stretches,
+            left_out_patches=left_out.patches,
         )
         later_s = abs(said.goes_round_at.seconds - self._said.goes_round_at.seconds)
         if said.model_copy(update={"goes_round_at": self._said.goes_round_at}) != self._said or later_s > SOON_S:

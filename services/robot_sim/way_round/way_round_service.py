@@ -148,6 +148,7 @@ class WayRoundService:
             template_json=request.template.to_json(),
             vehicle_json=self._vehicle_json,
             options=request.options,
+            remaining_json=request.remaining_json,
         )
         self._request = request
         self._question = self._bus.ask(topics.PLAN_SERVICE, encode(plan), PLAN_TIMEOUT_S)

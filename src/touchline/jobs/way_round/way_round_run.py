@@ -1,13 +1,15 @@
-"""One job of lines over the bus by a robot that goes round things in its way: several drives, one report."""
+"""One job over the bus by a robot that goes round things in its way: several drives, one report."""
 
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Final
 
 from touchline.bus import Inbox
-from touchline.jobs.shared.joint_paint import joint_paint
+from touchline.jobs.shared.joint_paint import Work
 from touchline.jobs.shared.reported_work import ReportedTruth
 from touchline.jobs.single.bus_run import BusRun
-from touchline.jobs.way_round.drives_report import EndedDrive, PaintedDrives, drives_figures
+from touchline.jobs.way_round.driven_paths import DrivenPaths
+from touchline.jobs.way_round.drives_report import EndedDrive, drives_figures, painted_drives
 from touchline.jobs.way_round.work_done import WorkDone
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
@@ -15,12 +17,15 @@ from touchline.schemas.messages import (
     Event,
     PaintMarks,
     PlanResponse,
+    Trajectory,
     TraversalReport,
     TraversalStatus,
     WayRound,
 )
 from touchline.schemas.messages.base import Message
-from touchline.services.robot_sim.way_round.unpainted_lines import painted_lines
+from touchline.schemas.template import Template
+from touchline.services.robot_sim.way_round.swath_lines import with_swaths_as_lines
+from touchline.services.robot_sim.way_round.uncovered_ground import left_out_grounds, main_reason
 from touchline.services.robot_sim.way_round.way_round_job import going_round
 
 OF_ONE_DRIVE: Final = ("segments", "estimator")
@@ -40,7 +45,7 @@ class WayRoundRun(BusRun):
 
     def run(self) -> dict[str, Any]:
         """See `BusRun.run`."""
-        self._truth = ReportedTruth(self.bus, self.options.vehicle)
+        self._truth, self._driven = ReportedTruth(self.bus, self.options.vehicle), DrivenPaths(self.bus)
         return super().run()
 
     def _load_and_start(self, plan: PlanResponse, latest: Inbox) -> None:
@@ -60,6 +65,7 @@ class WayRoundRun(BusRun):
     @property
     def _over(self) -> bool:
         self._truth.listen()
+        self._driven.listen()
         return self._reported and not self._said.continues
 
     @property
@@ -75,15 +81,30 @@ class WayRoundRun(BusRun):
         figures = super()._report(plan, status, wall_s, recording)
         if not self.several:
             return figures
-        template, vehicle = parse_template(self.options.template_json), self.options.vehicle
+        template = parse_template(self.options.template_json)
         drives = self._truth.drives(template, [each.report.header.stamp.seconds for each in self._ended])
         self.strokes = [stroke for strokes, _ in drives for stroke in strokes]
-        gaps = self._said.left_out
-        paint = joint_paint(painted_lines(template, gaps), vehicle, [work for _, work in drives])
-        self.work = PaintedDrives(template, paint, gaps)
+        self.work = self._evaluated(template, plan.trajectory, [work for _, work in drives])
         for warning in self.work.warnings():
             self.watcher.event(Event.WARN, f"{topics.ROBOT_SIM}: {warning}")
         whole = drives_figures(self._ended, self.work, wall_s)
         if recording is not None and not recording["complete"] and whole["success"]:
             whole |= {"success": False, "reason": figures["reason"]}
         return {name: value for name, value in figures.items() if name not in OF_ONE_DRIVE} | whole
+
+    def _evaluated(self, template: Template, trajectory: Trajectory, works: list[Work]) -> WorkDone:
+        """Evaluate the work of all drives; takes a moment.
+
+        Args:
+            template: The whole template.
+            trajectory: Its plan.
+            works: True work of each drive.
+        """
+        vehicle, said = self.options.vehicle, self._said
+        if not (template.areas and vehicle.tool.covers):
+            lines = with_swaths_as_lines(template, trajectory, vehicle)
+            return painted_drives(lines, vehicle, works, said.left_out)
+        from touchline.jobs.way_round.covered_areas import covered_areas
+
+        notes = left_out_grounds(said.left_out_patches)
+        return covered_areas(template, vehicle, self._driven.last(len(works)), works, partial(main_reason, notes))
