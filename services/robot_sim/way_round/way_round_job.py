@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Final
+from functools import partial
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -12,12 +13,12 @@ from touchline.onboard.perception.perception import lidars_of
 from touchline.schemas.line_parts import DONE_M
 from touchline.schemas.messages import LeftOutStretch, PlanOptions, Time, Trajectory, TraversalStatus
 from touchline.schemas.messages import WayRound as Said
-from touchline.schemas.template import Template
+from touchline.schemas.template import Polygon, Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
 from touchline.services.robot_sim.settling import RESTING_MPS
-from touchline.services.robot_sim.way_round.remains import OPERATOR, PLAN, LeftOut, Remains
-from touchline.services.robot_sim.way_round.rest_request import RestRequest, passing_m, with_margin
+from touchline.services.robot_sim.way_round.remains import OPERATOR, PLAN, LeftOut, Remains, Rest
+from touchline.services.robot_sim.way_round.rest_request import Pose, RestRequest, passing_m, with_margin
 from touchline.services.robot_sim.way_round.seen_things import SeenThings, seen_things, thing_in_the_way
 from touchline.services.robot_sim.way_round.swath_lines import with_swaths_as_lines
 from touchline.services.robot_sim.way_round.uncovered_ground import UncoveredGround
@@ -41,6 +42,22 @@ WIDER_M: Final = 0.2
 def goes_round(vehicle: Vehicle, template: Template | None) -> bool:
     """Return whether a robot goes round things on a job: it has a lidar, and the job has a template."""
     return template is not None and bool(lidars_of(vehicle))
+
+
+class RestDraft(NamedTuple):
+    """Place and surroundings of the robot for a plan of the rest.
+
+    Attributes:
+        pose: Pose of the standing robot.
+        seen: What it has seen, with the distance that it keeps.
+        things: Name of what is in its way.
+        rest: Works out the rest, in any thread: that takes a moment.
+    """
+
+    pose: Pose
+    seen: tuple[Polygon, ...]
+    things: tuple[str, ...]
+    rest: Callable[[], Rest | None]
 
 
 class WayRoundJob:
@@ -135,6 +152,11 @@ class WayRoundJob:
 
     def rest(self) -> RestRequest | None:
         """Return the request to plan what remains from where the robot stands; None if nothing does, or in vain."""
+        draft = self.draft()
+        return None if draft is None else self.request(draft, draft.rest())
+
+    def draft(self) -> RestDraft | None:
+        """Return the draft of a request, for `request` once its rest is worked out; None if it were in vain."""
         onboard, vehicle = self._emulator.onboard, self._emulator.vehicle
         self._enter()
         if self._in_vain >= MOST_IN_VAIN:
@@ -143,13 +165,22 @@ class WayRoundJob:
         kept_m += self.remains.clearances.far_side_m + WIDER_M * self._in_vain
         things = self._seen.look(onboard, self.remains.template.obstacles)
         seen = with_margin(things, pose, vehicle, kept_m, self.remains.clearances.left_m)
-        rest = self.remains.rest(self._for_good, seen)
+        names = _names(thing_in_the_way(onboard, things))
+        return RestDraft(pose, seen, names, partial(self.remains.rest, self._for_good, seen))
+
+    def request(self, draft: RestDraft, rest: Rest | None) -> RestRequest | None:
+        """Return the request of a draft; None if nothing remains.
+
+        Args:
+            draft: The draft.
+            rest: Its rest.
+        """
         if rest is None:
             return None
-        if onboard.state in UNDER_WAY:
-            self._say(Said.PLANS, _names(thing_in_the_way(onboard, things)))
-        options = self._options.model_copy(update={"start": np.array(pose), "obstructed": ""})
-        return RestRequest(rest, seen, options)
+        if self._emulator.onboard.state in UNDER_WAY:
+            self._say(Said.PLANS, draft.things)
+        options = self._options.model_copy(update={"start": np.array(draft.pose), "obstructed": ""})
+        return RestRequest(rest, draft.seen, options)
 
     def finds_no_way(self, reason: str) -> str:
         """Note that there is no plan of the rest; return the reason to abort the drive with, "" to wait on.
@@ -171,7 +202,8 @@ class WayRoundJob:
 
     def nothing_remains(self) -> str:
         """Note that the rest is left out for good; return the reason to abort the drive with."""
-        self.remains.give_reason(_listed(self._in_the_way))
+        if self._emulator.onboard.state != TraversalStatus.DONE:
+            self.remains.give_reason(_listed(self._in_the_way))
         self._end()
         return REST_LEFT_OUT
 
@@ -204,15 +236,15 @@ class WayRoundJob:
         """Note what the plan by which the robot comes back leaves out; see `breaks_off`."""
         self.remains.note(request.rest, request.seen, trajectory, left_out)
 
-    def drive_ends(self) -> RestRequest | None:
-        """Return the request to plan what was left out, once, after the last line; None if the job is over."""
+    def drive_ends(self) -> RestDraft | None:
+        """Return the draft of what was left out, once, after the last line; None if the job is over."""
         if self._emulator.onboard.state != TraversalStatus.DONE:
             self.cancel()
         elif not self.over and self._comes_back:
             self._returning, self._passed = True, ()
             self._seen.forget()
-            if (request := self.rest()) is not None:
-                return request
+            if (draft := self.draft()) is not None:
+                return draft
         self._end()
         return None
 

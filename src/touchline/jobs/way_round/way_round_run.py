@@ -40,7 +40,7 @@ class WayRoundRun(BusRun):
     """Work of all drives, once the job is done in several."""
     strokes: list[PaintMarks] = field(default_factory=list, init=False)
     """Paint of all drives, once the job is done."""
-    _said: WayRound = field(default=WayRound(), init=False)
+    _told: list[WayRound] = field(default_factory=lambda: [WayRound()], init=False)
     _ended: list[EndedDrive] = field(default_factory=list, init=False)
 
     def run(self) -> dict[str, Any]:
@@ -55,18 +55,25 @@ class WayRoundRun(BusRun):
     def _hear(self, message: Message) -> None:
         super()._hear(message)
         if isinstance(message, TraversalReport) and self._of_job.report(message):
-            why = going_round(self._said.things) if self._said.state == WayRound.PLANS else ""
-            self._ended.append(EndedDrive(message, self.contacts, why))
+            self._ended.append(EndedDrive(message, self.contacts, ""))
             self.contacts = None
         elif isinstance(message, WayRound) and message.header.stamp.seconds >= self._of_job.since_s:
-            self._reported &= message.drives <= self._said.drives
-            self._said = message
+            self._told.append(message)
+
+    @property
+    def _said(self) -> WayRound:
+        """Last report about things in the way."""
+        return self._told[-1]
 
     @property
     def _over(self) -> bool:
         self._truth.listen()
         self._driven.listen()
-        return self._reported and not self._said.continues
+        if not self._ended or self._said.continues:
+            return False
+        # Reports of two topics may arrive in any order: that of an earlier drive ends no job.
+        begun_s = next(each.header.stamp.seconds for each in self._told if each.drives == self._said.drives)
+        return self._ended[-1].report.header.stamp.seconds > begun_s
 
     @property
     def several(self) -> bool:
@@ -76,7 +83,8 @@ class WayRoundRun(BusRun):
     def _report(
         self, plan: PlanResponse, status: TraversalStatus, wall_s: float, recording: dict[str, Any] | None
     ) -> dict[str, Any]:
-        self._ended[-1] = self._ended[-1]._replace(reason=status.reason)
+        reasons = [*map(self._why, range(1, len(self._ended))), status.reason]
+        self._ended = [each._replace(reason=why) for each, why in zip(self._ended, reasons, strict=True)]
         self.contacts = self._ended[-1].contacts
         figures = super()._report(plan, status, wall_s, recording)
         if not self.several:
@@ -91,6 +99,12 @@ class WayRoundRun(BusRun):
         if recording is not None and not recording["complete"] and whole["success"]:
             whole |= {"success": False, "reason": figures["reason"]}
         return {name: value for name, value in figures.items() if name not in OF_ONE_DRIVE} | whole
+
+    def _why(self, drive: int) -> str:
+        """Return why a drive, by its number from 1, has ended early; "" if it has not."""
+        end_s = self._ended[drive - 1].report.header.stamp.seconds
+        told = [each for each in self._told if each.drives == drive and each.header.stamp.seconds < end_s]
+        return going_round(told[-1].things) if told and told[-1].state == WayRound.PLANS else ""
 
     def _evaluated(self, template: Template, trajectory: Trajectory, works: list[Work]) -> WorkDone:
         """Evaluate the work of all drives; takes a moment.

@@ -160,15 +160,22 @@ class WayRoundDrives:
         self.works.append(Work(self._emulator.ledger, self._emulator.track))
         self.driven.append(travelled_path(self._trajectory, self._emulator.onboard.status.arc_length_m))
         following, self._following = self._following, None
-        if following is None and (request := self.way_round.drive_ends()) is not None:
-            try:
-                planned = self._plan(request)
-            except PlanningError as error:
-                self.way_round.finds_no_way(str(error))
-                return None
-            self.way_round.returns(request, planned.trajectory, planned.report.left_out)
-            following = _drive(request, planned)
+        if following is None and (draft := self.way_round.drive_ends()) is not None:
+            following = self._return(self.way_round.request(draft, draft.rest()))
         return following
+
+    def _return(self, request: RestRequest | None) -> GivenDrive | None:
+        """Return the drive back to what was left out; None if there is none."""
+        if request is None:
+            self.way_round.nothing_remains()
+            return None
+        try:
+            planned = self._plan(request)
+        except PlanningError as error:
+            self.way_round.finds_no_way(str(error))
+            return None
+        self.way_round.returns(request, planned.trajectory, planned.report.left_out)
+        return _drive(request, planned)
 
     def _plan(self, request: RestRequest) -> Plan:
         """Plan the rest; raises `PlanningError`."""
