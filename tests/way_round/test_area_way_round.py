@@ -16,11 +16,13 @@ from touchline.jobs.single.simulation import Job, Products
 from touchline.jobs.way_round.covered_areas import CoveredAreas, UncoveredPatch
 from touchline.jobs.way_round.way_round_simulation import WayRoundDrives, WayRoundOutcome, simulate_way_round
 from touchline.jobs.way_round.work_done import draw_work_done
+from touchline.schemas.ground_piece import GroundPiece
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.services.robot_sim.accounting.area_raster import CELL_M, AreaRaster
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.way_round.remains import PLAN
+from touchline.services.robot_sim.way_round.uncovered_ground import UncoveredGround
 from touchline.services.robot_sim.way_round.way_round_job import goes_round
 
 pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
@@ -118,6 +120,14 @@ def test_what_has_gone_by_the_end_of_the_job_leaves_no_patch() -> None:
     figures = gone.outcome.figures(JOB)
     assert figures["success"] and figures["drives"][0].startswith("goes round "), figures["reason"]
     assert figures["drives"][-1] == "done" and sum(each.ground.area for each in gone.left_out) < 0.3
+
+
+def test_a_job_of_remaining_pieces_leaves_out_nothing_else() -> None:
+    half = GroundPiece(area="yard", corners=((0, 0), (6, 0), (6, 8), (0, 8)))
+    ground = UncoveredGround(YARD, SWEEPER, QUICK, (half,))
+    assert sum(each.size_m2 for each in ground.undone.patches) == pytest.approx(48.0)
+    rest = ground.rest((), ())
+    assert rest is not None and sum(piece.polygon.area for piece in rest.pieces) == pytest.approx(48.0, abs=0.5)
 
 
 def test_only_a_robot_with_a_lidar_goes_round_things_and_only_on_a_job_with_a_template() -> None:

@@ -1,5 +1,7 @@
 """A line marker that meets a person on an area: what it leaves out is told in metres of swaths."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import shapely
@@ -7,9 +9,11 @@ import shapely
 from tests.way_round.met import MARKER, PERSON, meeting
 from tests.way_round.run_in_one_process import run_in_one_process
 from touchline.bus import BusConfig
+from touchline.checking.check_files import check_file
 from touchline.jobs.single.simulation import Job, Products
 from touchline.jobs.way_round.drives_report import PaintedDrives
 from touchline.jobs.way_round.way_round_simulation import WayRoundOutcome, simulate_job
+from touchline.jobs.way_round.work_done import draw_work_done
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
 from touchline.services.robot_sim.emulator import Emulator
@@ -26,10 +30,11 @@ JOB = Job.prepare(BED, PlanOptions(), MARKER)
 
 
 @pytest.fixture(scope="module")
-def stood() -> WayRoundOutcome:
-    """The job with a person who stands beside the area for good."""
-    setup = meeting(BESIDE)
-    outcome = simulate_job(JOB, Emulator(setup.vehicle, setup.scenario, setup.onboard), Products(strokes=True))
+def stood(tmp_path_factory: pytest.TempPathFactory) -> WayRoundOutcome:
+    """The job with a person who stands beside the area for good, recorded."""
+    setup, record = meeting(BESIDE), tmp_path_factory.mktemp("round") / "round.mcap"
+    products = Products(record=record, strokes=True)
+    outcome = simulate_job(JOB, Emulator(setup.vehicle, setup.scenario, setup.onboard), products)
     assert isinstance(outcome, WayRoundOutcome)
     return outcome
 
@@ -49,6 +54,14 @@ def test_the_gaps_of_swaths_are_those_of_the_paint(stood: WayRoundOutcome) -> No
         for at_m, there in zip(along, painted, strict=True):
             assert there or any(gap.from_m - 0.05 < at_m < gap.to_m + 0.05 for gap in gaps), (segment.id, at_m)
             assert not there or all(not gap.from_m + 0.05 < at_m < gap.to_m - 0.05 for gap in gaps), (segment.id, at_m)
+
+
+def test_a_recording_and_a_picture_of_it(stood: WayRoundOutcome, tmp_path: Path) -> None:
+    assert stood.last.recording is not None
+    (verdict,) = check_file("", Path(stood.last.recording["path"]))
+    assert verdict.passed, verdict
+    draw_work_done(stood.work, stood.strokes, tmp_path / "round.svg")
+    assert (tmp_path / "round.svg").read_text().count('id="gap"') == len(stood.figures(JOB)["gaps"]["stretches"])
 
 
 def test_over_the_bus_it_leaves_out_the_same(stood: WayRoundOutcome, bus_config: BusConfig) -> None:

@@ -95,18 +95,24 @@ class UncoveredGround:
         template: The whole template, in the map frame.
         vehicle: Vehicle that covers it.
         options: Options of its plans.
+        remaining: What is to be covered of the areas; none: all of them. The rest counts as covered.
 
     Attributes:
         covered: Covered ground, in areas and beside them (m, map frame).
         notes: Ground left out.
     """
 
-    def __init__(self, template: Template, vehicle: Vehicle, options: PlanOptions) -> None:
+    def __init__(
+        self, template: Template, vehicle: Vehicle, options: PlanOptions, remaining: Sequence[GroundPiece] = ()
+    ) -> None:
         import shapely
 
         self.template, self._vehicle, self._options = template, vehicle, options
         self.clearances = ALL_ROUND
         self.covered: BaseGeometry = shapely.Polygon()
+        if remaining:
+            whole = union([area.polygon for area in template.areas])
+            self.covered = difference(whole, union([piece.polygon for piece in remaining]))
         self.notes: tuple[LeftOutGround, ...] = ()
         self._reasons_left: set[str] | None = None
         self._left_out: LeftOut | None = None

@@ -11,8 +11,9 @@ import numpy as np
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.onboard.perception.perception import lidars_of
 from touchline.schemas.line_parts import DONE_M
-from touchline.schemas.messages import LeftOutStretch, PlanOptions, Time, Trajectory, TraversalStatus
+from touchline.schemas.messages import LeftOutStretch, Time, Trajectory, TraversalStatus
 from touchline.schemas.messages import WayRound as Said
+from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.template import Polygon, Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
@@ -69,7 +70,7 @@ class WayRoundJob:
         emulator: The robot, which has taken the job.
         template: The job.
         trajectory: Its plan.
-        options: Options of the plan.
+        cause: Inputs of the plan.
         told: Called after each report, to publish it.
 
     Attributes:
@@ -83,14 +84,14 @@ class WayRoundJob:
         emulator: Emulator,
         template: Template,
         trajectory: Trajectory,
-        options: PlanOptions,
+        cause: PlanCause,
         told: Callable[[], None],
     ) -> None:
-        self._emulator, self._options, self._told = emulator, options, told
+        self._emulator, self._options, self._told = emulator, cause.options, told
         self._trajectory, self._waiting, self._seen = trajectory, Waiting(PATIENT), SeenThings()
         vehicle = emulator.vehicle
         self.remains: Remains = (
-            UncoveredGround(template, vehicle, options)
+            UncoveredGround(template, vehicle, cause.options, cause.remaining)
             if template.areas and vehicle.tool.covers
             else UnpaintedLines(with_swaths_as_lines(template, trajectory, vehicle), vehicle)
         )

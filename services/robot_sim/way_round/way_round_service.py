@@ -16,6 +16,7 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import CommandRefused, PayloadError, SpecError
+from touchline.schemas.plan_cause import PlanCause
 from touchline.services.robot_sim.command_handlers import Commands, Ready
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
 from touchline.services.robot_sim.way_round.remains import Rest
@@ -84,9 +85,8 @@ class WayRoundService:
         self._forget()
         self._job = None
         if ready.template is not None and goes_round(self._emulator.vehicle, ready.template):
-            cause = ready.job.cause
-            options = cause.options if cause is not None else m.PlanOptions()
-            self._job = WayRoundJob(self._emulator, ready.template, ready.trajectory, options, self._told)
+            cause = ready.job.cause or PlanCause()
+            self._job = WayRoundJob(self._emulator, ready.template, ready.trajectory, cause, self._told)
 
     def stop(self, *, for_good: bool) -> bool:
         """Note that a person has ordered the robot to stop; return True if it was between two drives.

@@ -133,7 +133,7 @@ class WayRoundDrives:
         self.plans.append(drive.trajectory)
         if self._way_round is None:
             job = self._job
-            self._way_round = WayRoundJob(self._emulator, job.template, job.trajectory, job.options, told)
+            self._way_round = WayRoundJob(self._emulator, job.template, job.trajectory, _cause(job), told)
         else:
             self._way_round.drives_on(drive.trajectory)
 
@@ -214,11 +214,15 @@ def simulate_way_round(
         CommandRefused: The robot does not take a plan.
         RecordingError: The recording cannot be written.
     """
-    given = GivenDrive(job.trajectory, job.template, Taking.CARRIED, PlanCause.of(job.options, job.plan_report))
+    given = GivenDrive(job.trajectory, job.template, Taking.CARRIED, _cause(job))
     rerouting = drives or WayRoundDrives(emulator, job)
     last = carry_out(emulator, given, products, progress, rerouting)
     last = replace(last, scenario_hash=scenario_hash(emulator.setup, job.template, job.options))
     return WayRoundOutcome(last, rerouting.done(), tuple(rerouting.plans))
+
+
+def _cause(job: Job) -> PlanCause:
+    return PlanCause.of(job.options, job.plan_report)
 
 
 def _rms(values: Sequence[float], times_s: Sequence[float]) -> float:
