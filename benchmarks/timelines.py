@@ -17,8 +17,8 @@ from benchmarks._settings import Small
 from benchmarks._stops_for_things import with_lidar
 from benchmarks._true_paint import TRUE_M, untrue_m
 from benchmarks._unknown_things import Box, random_things
-from touchline.jobs.single.simulation import Job, Outcome, Products, simulate
-from touchline.jobs.way_round.way_round_simulation import WayRoundOutcome, simulate_way_round
+from touchline.jobs.single.simulation import Job, Products, simulate
+from touchline.jobs.way_round.way_round_simulation import simulate_job
 from touchline.schemas.catalogue import load_template, load_vehicle
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import PlanOptions
@@ -28,7 +28,6 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.bumper_strip_spec import BumperStripSpec
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.loaded_job import lines_and_start
-from touchline.services.robot_sim.way_round.way_round_job import goes_round
 
 VEHICLES: Final = {"soccer-7": "turf-tank-two", "salt-pan": "clay-roller"}
 HARDEST_N: Final = 10_000.0
@@ -95,7 +94,7 @@ def _run(number: int, field: str, jobs: dict[str, Job]) -> Timeline:
     things = random_things(rng, _box(job.template), start[:2])
     scenario = Scenario(seed=number, objects=things)
     try:
-        outcome = _outcome(job, scenario)
+        outcome = simulate_job(job, Emulator(job.vehicle, scenario), Products(strokes=True))
         figures = outcome.figures(job)
     except TouchlineError as error:
         raise SystemExit(f"timeline {number}: {error}") from error
@@ -119,13 +118,6 @@ def _run(number: int, field: str, jobs: dict[str, Job]) -> Timeline:
         flush=True,
     )
     return row
-
-
-def _outcome(job: Job, scenario: Scenario) -> Outcome | WayRoundOutcome:
-    products = Products(strokes=True)
-    if goes_round(job.vehicle, job.template):
-        return simulate_way_round(job, Emulator(job.vehicle, scenario), products)
-    return simulate(job, scenario, products=products)
 
 
 def _box(template: Template) -> Box:

@@ -1,4 +1,4 @@
-"""Piece of an area, such as what remains to be covered of it."""
+"""Pieces of areas, such as what remains to be covered of them."""
 
 from __future__ import annotations
 
@@ -37,3 +37,10 @@ class GroundPiece(Spec):
         """Return a polygon (m, map frame) as a piece of an area."""
         rings = [tuple((x, y) for x, y in ring.coords[:-1]) for ring in (polygon.exterior, *polygon.interiors)]
         return cls(area=area, corners=rings[0], holes=tuple(rings[1:]))
+
+
+class RemainingPieces(Spec):
+    """Pieces of a template's areas that are still to be covered."""
+
+    pieces: Annotated[tuple[GroundPiece, ...], Field(min_length=1, max_length=10_000)]
+    """The pieces."""

@@ -173,7 +173,7 @@ TRUE_WAY = Topic("truth/way", m.TrueWay, recorded=False, units="m", general=Fals
 #: Of a robot with a lidar: what it sees near it.
 OBSTACLES = Topic("obstacles", m.Obstacles, 5, units="m, m/s", tolerance=1e-6, general=False)
 #: Of a robot with a lidar: what it does about things in its way.
-WAY_ROUND = Topic("traversal/way_round", m.WayRound, latched=True, units="m", tolerance=1e-6, general=False)
+WAY_ROUND = Topic("traversal/way_round", m.WayRound, latched=True, units="m, m2", tolerance=1e-6, general=False)
 #: Of a robot with a lidar under way: where a thing that may move stops it, and where one slows it down. They follow
 #: from its state, so they count in no hash.
 STOP_ZONE = Topic("protection/stop_zone", m.PolygonStamped, 5, units="m", tolerance=1e-5, general=False, hashed=False)

@@ -37,10 +37,12 @@ def way_round_lines(state: ConsoleState, width: int) -> list[Content]:
     if asks_way(state) and not state.replayed:
         unless = "unless told: " if goes_round_in_s(state) is not None else ""
         lines += [Content.styled(line, theme.INK) for line in wrap(f"{unless}{ANSWER_KEYS}", width)]
-    if told.left_out:
+    outlines = [*(each.outline for each in told.left_out), *(each.outline for each in told.left_out_patches)]
+    if outlines:
+        beside = ", ".join(dict.fromkeys(plain(name) for name in outlines if name))
         length_m = sum(each.length_m for each in told.left_out)
-        beside = ", ".join(dict.fromkeys(plain(each.outline) for each in told.left_out if each.outline))
-        shown = format.length(length_m)
+        size_m2 = sum(each.size_m2 for each in told.left_out_patches)
+        shown = format.length(length_m) if told.left_out else format.number(size_m2, 1, "m²")
         beside = format.cut(f"  {beside}", width - 9 - len(shown)) if beside else ""
         lines.append(row("left out", (shown, theme.ORANGE), (beside, theme.MUTED)))
     return lines

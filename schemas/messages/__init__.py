@@ -165,7 +165,7 @@ from touchline.schemas.messages.viewing_messages import (
     TransformStamped,
     UVCoordinate,
 )
-from touchline.schemas.messages.way_round_messages import WayRound
+from touchline.schemas.messages.way_round_messages import LeftOutPatch, WayRound
 
 __all__ = [
     "AboutToMove",
@@ -220,6 +220,7 @@ __all__ = [
     "KeyValue",
     "LaserScan",
     "LeavingTrajectory",
+    "LeftOutPatch",
     "LeftOutStretch",
     "Line",
     "LinearDirection",

@@ -167,6 +167,9 @@ class PlanRequest(Message):
     With a ``goal`` there is no template: the vehicle drives there from the ``start`` of the options, or, with
     ``leaving``, from amid another drive, whose next stretch the plan begins with. On the way the body keeps the
     options' ``margin_m`` off what ``ground_json`` tells (``touchline.schemas.known_ground``; empty: nothing is known).
+
+    A tool that covers is planned for the pieces of the template's areas in ``remaining_json``
+    (``touchline.schemas.ground_piece``; empty: all of every area).
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Plan_Request"
@@ -177,6 +180,7 @@ class PlanRequest(Message):
     goal: Annotated[tuple[PoseGoal, ...], Field(max_length=1)] = ()
     leaving: Annotated[tuple[LeavingTrajectory, ...], Field(max_length=1)] = ()
     ground_json: str = ""
+    remaining_json: str = ""
 
 
 class PlanResponse(Message):

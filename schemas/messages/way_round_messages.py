@@ -2,9 +2,24 @@
 
 from typing import ClassVar
 
-from touchline.schemas.messages.base import Message, UInt8, UInt32
+from touchline.schemas.messages.base import Float64Array, Message, UInt8, UInt32, zeros
 from touchline.schemas.messages.plan_messages import LeftOutStretch
 from touchline.schemas.messages.standard import Header, Time
+
+
+class LeftOutPatch(Message):
+    """A patch of an area that a covering tool leaves out.
+
+    ``outline`` is the id of the outline beside which it lies, ``operator``, ``plan`` (left out from the beginning), or
+    empty. Its corners go round it once; ``size_m2`` excludes its holes.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/LeftOutPatch"
+    area_id: str = ""
+    outline: str = ""
+    size_m2: float = 0.0
+    corners_x_m: Float64Array = zeros(0)
+    corners_y_m: Float64Array = zeros(0)
 
 
 class WayRound(Message):
@@ -13,8 +28,8 @@ class WayRound(Message):
     It is sent whenever that changes. ``things`` are those in the way, or that it goes round. A robot that ``WAITS``
     goes round them at ``goes_round_at`` unless it is answered before; zero: it waits until they have gone. With
     ``continues`` the job goes on after the present drive, whatever the report of that says. ``drives`` counts those of
-    the job so far. ``left_out`` are the stretches that are not painted, or not covered: those that can be reached are
-    tried again at the end.
+    the job so far. ``left_out`` are the stretches that are not painted, ``left_out_patches`` what is not covered: what
+    can be reached is tried again at the end.
     """
 
     DRIVES: ClassVar[int] = 0
@@ -30,3 +45,4 @@ class WayRound(Message):
     continues: bool = False
     drives: UInt32 = 0
     left_out: tuple[LeftOutStretch, ...] = ()
+    left_out_patches: tuple[LeftOutPatch, ...] = ()

@@ -7,13 +7,16 @@ from typing import Final
 from touchline.core.stopwatch import Stopwatch
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import PlanningError, TouchlineError
+from touchline.schemas.ground_piece import RemainingPieces
 from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
 from touchline.schemas.messages import PlanRequest, PlanResponse
 from touchline.schemas.plugin_packages import blamed
 from touchline.schemas.spec import parse
+from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan, plan
+from touchline.services.planner.plan_task import ALONE, Company
 from touchline.services.planner.tour import ordering
 
 VEHICLES_KEPT: Final = 64
@@ -58,7 +61,8 @@ def _template(request: PlanRequest, vehicle: Vehicle, progress: Callable[[str, f
             "", "has a known ground, but no goal", "give a goal, or boundary and obstacles in the template"
         )
     template = parse_template(request.template_json)
-    planned = plan(template, vehicle, request.options, progress)
+    company = _company(request.remaining_json, template, vehicle)
+    planned = plan(template, vehicle, request.options, progress, company=company)
     report = planned.report
     message = f"{template.title or template.name}: {report.painted_segments} segments, {report.total_time_s:.0f} s"
     if report.left_out:
@@ -69,11 +73,28 @@ def _template(request: PlanRequest, vehicle: Vehicle, progress: Callable[[str, f
     return planned, message
 
 
+def _company(remaining_json: str, template: Template, vehicle: Vehicle) -> Company:
+    """Return that of a robot which covers remaining ground, given as text; "": all of every area."""
+    if not remaining_json:
+        return ALONE
+    if not vehicle.tool.covers:
+        problem = f"has remaining ground, and the tool of {vehicle.name} does not cover"
+        raise PlanningError("", problem, "give what remains as lines of the template")
+    pieces = parse(RemainingPieces, remaining_json, "the request's remaining ground").pieces
+    for piece in pieces:
+        if not piece.polygon.is_valid:
+            problem = f'has a remaining piece of "{piece.area}" whose outline crosses itself'
+            raise PlanningError("", problem, "give simple outlines, with holes inside")
+    return Company.of_rest(template, pieces)
+
+
 def _to_goal(request: PlanRequest, vehicle: Vehicle) -> tuple[Plan, str]:
     """Plan to the request's goal; return the plan and its message."""
     (goal,) = request.goal
     if request.template_json:
         raise PlanningError("", "has a goal and a template", "give one of them")
+    if request.remaining_json:
+        raise PlanningError("", "has a goal and remaining ground", "give one of them")
     ground = ground_of(request.ground_json) if request.ground_json else OPEN_GROUND
     leaving = next(iter(request.leaving), None)
     planned = plan_to_goal(goal, vehicle, request.options, leaving, ground)

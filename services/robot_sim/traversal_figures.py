@@ -15,8 +15,8 @@ from touchline.services.robot_sim.area_messages import area_report, covering_rep
 from touchline.services.robot_sim.packing import Payload, header
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import paint_metrics
-from touchline.services.robot_sim.paint.segment_metrics import SegmentMetrics
 from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint
+from touchline.services.robot_sim.paint_messages import painting_report
 
 
 class Reports(NamedTuple):
@@ -84,50 +84,19 @@ class Figures(NamedTuple):
 
     def _of_lines(self) -> m.TraversalReport:
         metrics, smearing, status = paint_metrics(self.ledger), self.smearing(), self.status
-        return m.TraversalReport(
-            header=header(self.tick),
-            success=status.state == m.TraversalStatus.DONE and metrics.verdict.accepted,
-            total_time_s=status.elapsed_s,
-            coverage_pct=metrics.coverage_pct,
-            area_coverage_pct=metrics.area_coverage_pct,
-            tolerance_m=self.ledger.tolerance_m,
-            within_tolerance_pct=metrics.within_pct,
-            paint_accepted=metrics.verdict.accepted,
-            verdict=metrics.verdict.text,
-            gap_m=metrics.gap_m,
-            overspray_m2=metrics.overspray_m2,
-            double_paint_m2=metrics.double_paint_m2,
-            lateral_error_mean_m=metrics.lateral.mean_m,
-            lateral_error_p95_m=metrics.lateral.p95_m,
-            lateral_error_max_m=metrics.lateral.max_m,
-            position_rmse_m=self.rmse[0],
-            heading_rmse_rad=self.rmse[1],
-            painted_length_m=metrics.painted_length_m,
-            template_length_m=metrics.template_length_m,
-            follower_fallbacks=status.follower_fallbacks,
-            wet_crossings=smearing.crossings,
-            wet_youngest_s=smearing.youngest_s,
-            smeared_m2=smearing.area_m2,
-            smears=tuple(_smear(smear, self.ledger.ids) for smear in smearing.smears),
-            segments=tuple(_segment(segment) for segment in metrics.segments),
+        done = status.state == m.TraversalStatus.DONE
+        return painting_report(header(self.tick), metrics, self.ledger.tolerance_m, done=done).model_copy(
+            update={
+                "total_time_s": status.elapsed_s,
+                "position_rmse_m": self.rmse[0],
+                "heading_rmse_rad": self.rmse[1],
+                "follower_fallbacks": status.follower_fallbacks,
+                "wet_crossings": smearing.crossings,
+                "wet_youngest_s": smearing.youngest_s,
+                "smeared_m2": smearing.area_m2,
+                "smears": tuple(_smear(smear, self.ledger.ids) for smear in smearing.smears),
+            }
         )
-
-
-def _segment(segment: SegmentMetrics) -> m.SegmentPaint:
-    return m.SegmentPaint(
-        id=segment.id,
-        length_m=segment.length_m,
-        coverage_pct=segment.coverage_pct,
-        area_coverage_pct=segment.area_coverage_pct,
-        within_tolerance_pct=segment.within_pct,
-        gap_m=segment.gap_m,
-        width_m=segment.width_m,
-        overspray_m2=segment.areas.overspray_m2,
-        double_paint_m2=segment.areas.double_paint_m2,
-        lateral_error_mean_m=segment.lateral.mean_m,
-        lateral_error_p95_m=segment.lateral.p95_m,
-        lateral_error_max_m=segment.lateral.max_m,
-    )
 
 
 def _smear(smear: SmearPrint, ids: Sequence[str]) -> m.Smear:

@@ -55,6 +55,14 @@ def areas(methods, width_m):
         yield PlanRequest(template_json=text, options=PlanOptions(area_method=method, laps=0, coverage_pct=1.0))
 
 
+def rest():
+    """Half of an area, from where the robot stands in it."""
+    text = json.dumps({"name": "area", "areas": [{"id": "area", "outline": OUTLINE}]})
+    half = json.dumps({"pieces": [{"area": "area", "corners": [(6, 0), (12, 0), (12, 9), (6, 9)]}]})
+    options = PlanOptions(start=np.array([3.0, 4.0, 0.0]), coverage_pct=1.0)
+    yield PlanRequest(template_json=text, options=options, remaining_json=half)
+
+
 def goals():
     """Every method to every kind of place, and with every law and a given time to the first."""
     first, *others = [(5.0, 2.0, 1.0), (0.3, 0.5, 2.0), (5.0, 2.0, np.nan), (-3.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
@@ -77,9 +85,10 @@ def main(name):
     late = LateKernels()
     far = PlanRequest(goal=(PoseGoal(x_m=25.0, y_m=6.0, heading_rad=0.0),), options=PlanOptions(start=np.zeros(3)))
     methods = AREA_METHODS.names() if vehicle.tool.width_m else ()
+    rests = rest() if vehicle.tool.covers else ()
     planned = []
     under_way = goals_under_way(answer(far, vehicle).trajectory)
-    for request in (*lines(), *areas(methods, vehicle.tool.width_m), *goals(), *under_way):
+    for request in (*lines(), *areas(methods, vehicle.tool.width_m), *rests, *goals(), *under_way):
         late.doing = f"{request.template_json} {request.options} {request.goal}"
         planned.append(answer(request, vehicle).success)
     assert sum(planned) > len(planned) / 3, "most are refused, and show nothing"

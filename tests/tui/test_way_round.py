@@ -91,6 +91,13 @@ def test_what_is_left_out_is_shown_in_metres_with_the_reasons(template: Template
     assert "round    person 3" in lines(shown)
 
 
+def test_ground_that_is_left_out_is_shown_in_square_metres(template: Template, waiting: list[Incoming]) -> None:
+    patches = tuple(m.LeftOutPatch(area_id="yard", outline=name, size_m2=2.3) for name in ("person 3", "plan"))
+    running = received(topics.STATUS, scenes.status(template, S.RUNNING))
+    shown = state(*waiting, way_round(W.DRIVES, left_out_patches=patches), running)
+    assert "left out 4.6 m²  person 3, plan" in lines(shown, 40)
+
+
 def test_the_end_of_one_drive_of_several_is_no_end_of_the_job(template: Template) -> None:
     shown = state(*scenes.finished(template), way_round(W.DRIVES, continues=True))
     assert panels.hint(shown) == ("", "the job goes on: the robot plans the rest")

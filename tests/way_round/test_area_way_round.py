@@ -8,31 +8,26 @@ import pytest
 import shapely
 from numpy.typing import NDArray
 
-from tests.way_round.met import FIELD, LIDAR, MARKER
+from tests.way_round.met import FIELD, IN_YARD, MARKER, QUICK, SWEEPER, YARD
+from tests.way_round.run_in_one_process import run_in_one_process
+from touchline.bus import BusConfig
 from touchline.checking.check_files import check_file
 from touchline.jobs.single.simulation import Job, Products
 from touchline.jobs.way_round.covered_areas import CoveredAreas, UncoveredPatch
 from touchline.jobs.way_round.way_round_simulation import WayRoundDrives, WayRoundOutcome, simulate_way_round
-from touchline.schemas.messages import PlanOptions
+from touchline.jobs.way_round.work_done import draw_work_done
+from touchline.schemas.ground_piece import GroundPiece
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.template import Template
-from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.setup import Setup
 from touchline.services.robot_sim.accounting.area_raster import CELL_M, AreaRaster
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.way_round.remains import PLAN
-from touchline.services.robot_sim.way_round.way_round_job import covers_round
+from touchline.services.robot_sim.way_round.uncovered_ground import UncoveredGround
+from touchline.services.robot_sim.way_round.way_round_job import goes_round
 
 pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
 
-SWEEPER = Vehicle.model_validate(
-    {"name": "sweeper", "sensors": [LIDAR], "tool": {"kind": "roller", "rolled_width_m": 1.0}}
-)
-YARD = Template.model_validate(
-    {"name": "yard", "areas": [{"id": "yard", "outline": [[0, 0], [12, 0], [12, 8], [0, 8]]}]}
-)
-PERSON = {"kind": "person", "name": "groundsman", "x_m": 8.1, "y_m": 3.0}
-# Touching up takes longest: it is left out here.
-JOB = Job.prepare(YARD, PlanOptions(coverage_pct=90.0, laps=1, swath_angle_deg=np.array([0.0])), SWEEPER)
+JOB = Job.prepare(YARD, QUICK, SWEEPER)
 
 
 @dataclass(frozen=True)
@@ -55,8 +50,12 @@ class Covered:
         return [each for each in self.work.patches if each.reason != PLAN]
 
 
+def world(person: dict[str, object]) -> Setup:
+    return Setup(vehicle=SWEEPER, scenario=Scenario.model_validate({"seed": 6, "objects": [person]}))
+
+
 def covered(person: dict[str, object], record: Path | None = None) -> Covered:
-    emulator = Emulator(SWEEPER, Scenario.model_validate({"seed": 6, "objects": [person]}))
+    emulator = Emulator(SWEEPER, world(person).scenario)
     drives = WayRoundDrives(emulator, JOB)
     outcome = simulate_way_round(JOB, emulator, Products(record=record, strokes=True), drives=drives)
     raster = AreaRaster([area.polygon for area in YARD.areas], SWEEPER.tool.width_m)
@@ -68,7 +67,7 @@ def covered(person: dict[str, object], record: Path | None = None) -> Covered:
 @pytest.fixture(scope="module")
 def stood(tmp_path_factory: pytest.TempPathFactory) -> Covered:
     """The job with a person who stands in the middle for good, recorded."""
-    return covered(PERSON, tmp_path_factory.mktemp("round") / "round.mcap")
+    return covered(IN_YARD, tmp_path_factory.mktemp("round") / "round.mcap")
 
 
 def test_it_covers_the_rest_and_reports_the_ground_beside_the_person(stood: Covered, tmp_path: Path) -> None:
@@ -76,13 +75,13 @@ def test_it_covers_the_rest_and_reports_the_ground_beside_the_person(stood: Cove
     assert figures["success"] and "contacts" not in figures, figures["reason"]
     assert figures["drives"][0].startswith("goes round ")
     patch = stood.left_out[0]
-    assert patch.ground.contains(shapely.Point(PERSON["x_m"], PERSON["y_m"]))
+    assert patch.ground.contains(shapely.Point(IN_YARD["x_m"], IN_YARD["y_m"]))
     assert patch.reason.split()[0] in ("thing", "person", "post")
     assert f'left out beside "{patch.reason}"' in "".join(stood.work.warnings())
     assert figures["uncovered"]["left_out_m2"] < 7.0
     assert figures["uncovered"]["patches"][0]["size_m2"] == max(each.ground.area for each in stood.work.patches)
     picture = tmp_path / "round.svg"
-    stood.work.draw(stood.outcome.strokes, picture)
+    draw_work_done(stood.work, stood.outcome.strokes, picture)
     assert 'id="uncovered"' in picture.read_text() and patch.reason in picture.read_text()
 
 
@@ -104,14 +103,34 @@ def test_a_recording_of_it_can_be_run_again(stood: Covered) -> None:
     assert verdict.passed, verdict
 
 
+def test_over_the_bus_it_does_the_same(stood: Covered, bus_config: BusConfig) -> None:
+    run, figures, told = run_in_one_process(YARD, QUICK, world(IN_YARD), bus_config)
+    here = stood.outcome.figures(JOB)
+    assert figures["success"] and figures["drives"][0].startswith("goes round "), figures["reason"]
+    assert figures["uncovered"]["left_out_m2"] == pytest.approx(here["uncovered"]["left_out_m2"], abs=1.0)
+    for name in ("covered_m2", "planned_m2", "missed_m2"):
+        assert figures["area"][name] == pytest.approx(here["area"][name], abs=1.5), name
+    patch = next(each for each in run.work.patches if each.reason != PLAN)
+    assert patch.ground.contains(shapely.Point(IN_YARD["x_m"], IN_YARD["y_m"]))
+    assert any(f'left out beside "{patch.reason}"' in each for each in told)
+
+
 def test_what_has_gone_by_the_end_of_the_job_leaves_no_patch() -> None:
-    gone = covered({**PERSON, "motion": {"kind": "path", "points": [[8.1, 20.0]], "start_s": 90.0}})
+    gone = covered({**IN_YARD, "motion": {"kind": "path", "points": [[8.1, 20.0]], "start_s": 90.0}})
     figures = gone.outcome.figures(JOB)
     assert figures["success"] and figures["drives"][0].startswith("goes round "), figures["reason"]
     assert figures["drives"][-1] == "done" and sum(each.ground.area for each in gone.left_out) < 0.3
 
 
-def test_only_a_robot_with_a_lidar_and_a_tool_that_covers_goes_round_things_on_an_area() -> None:
-    assert covers_round(SWEEPER, YARD)
-    assert not covers_round(MARKER, YARD) and not covers_round(SWEEPER, FIELD)
-    assert not covers_round(SWEEPER.model_copy(update={"sensors": ()}), YARD)
+def test_a_job_of_remaining_pieces_leaves_out_nothing_else() -> None:
+    half = GroundPiece(area="yard", corners=((0, 0), (6, 0), (6, 8), (0, 8)))
+    ground = UncoveredGround(YARD, SWEEPER, QUICK, (half,))
+    assert sum(each.size_m2 for each in ground.undone.patches) == pytest.approx(48.0)
+    rest = ground.rest((), ())
+    assert rest is not None and sum(piece.polygon.area for piece in rest.pieces) == pytest.approx(48.0, abs=0.5)
+
+
+def test_only_a_robot_with_a_lidar_goes_round_things_and_only_on_a_job_with_a_template() -> None:
+    assert goes_round(SWEEPER, YARD) and goes_round(MARKER, FIELD)
+    assert not goes_round(SWEEPER.model_copy(update={"sensors": ()}), YARD)
+    assert not goes_round(SWEEPER, None)

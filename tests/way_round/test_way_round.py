@@ -7,11 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import touchline
 from tests.way_round.met import FIELD, MARKER, PERSON, leaving, meeting
 from touchline.checking.check_files import check_file
 from touchline.jobs.single.simulation import Job, Products
+from touchline.jobs.sweep.task import Task, perform
 from touchline.jobs.way_round.drives_report import gap_words
 from touchline.jobs.way_round.way_round_simulation import WayRoundDrives, WayRoundOutcome, simulate_way_round
+from touchline.jobs.way_round.work_done import draw_work_done
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Polygon
@@ -63,7 +66,7 @@ def test_it_goes_round_and_reports_the_gap_that_the_paint_has(stood: WayRoundOut
     assert f'left out beside "{gap.outline}"' in gap_words(gap)
     assert (gap.from_m, gap.to_m) == pytest.approx(_true_gap_m(stood.strokes), abs=0.02)
     picture = tmp_path / "round.svg"
-    stood.work.draw(stood.strokes, picture)
+    draw_work_done(stood.work, stood.strokes, picture)
     assert 'id="gap"' in picture.read_text() and gap.outline in picture.read_text()
 
 
@@ -85,6 +88,26 @@ def test_a_recording_of_it_can_be_run_again(stood: WayRoundOutcome) -> None:
     (verdict,) = check_file("", Path(stood.last.recording["path"]))
     assert verdict.passed, verdict
     assert verdict.sim_time_s > sum(each.report.total_time_s for each in stood.drives)
+
+
+def test_in_python_it_is_the_same_session_with_a_table_of_all_drives(stood: WayRoundOutcome) -> None:
+    run = touchline.simulate(touchline.plan(FIELD, vehicle=MARKER), scenario=meeting(PERSON).scenario)
+    figures = stood.figures(JOB)
+    assert run.success and run.hash == figures["hash"]["session"]
+    assert all(run.figures[name] == figures[name] for name in ("paint", "gaps", "drives"))
+    assert run.duration_s == pytest.approx(figures["traversal"]["total_time_s"])
+    frame = run.frame(kind="numpy")
+    assert (np.diff(frame["time_s"]) > 0.0).all() and len(frame) > 99.0 * run.duration_s
+    painting = np.abs(frame["lateral_error_m"][frame["valve_open"]])
+    assert painting.mean() == pytest.approx(run.errors()["lateral_mean_m"], abs=1e-3), "each drive by its own plan"
+    assert "left out" not in run.reason and 'id="gap"' in run._repr_html_()
+
+
+def test_a_sweep_has_the_figures_of_all_drives(stood: WayRoundOutcome) -> None:
+    setup = meeting(PERSON)
+    run = perform([JOB], Task(0, 0, setup.scenario, setup.onboard))
+    assert run.success and run.figures["total_time_s"] == stood.report.total_time_s
+    assert run.figures["coverage_pct"] == stood.figures(JOB)["paint"]["coverage_pct"]
 
 
 def test_what_has_gone_by_the_end_of_the_job_leaves_no_gap() -> None:

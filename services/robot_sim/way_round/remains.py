@@ -7,7 +7,7 @@ from typing import Final, NamedTuple, Protocol
 
 from touchline.onboard.interface import PaintBelief
 from touchline.schemas.ground_piece import GroundPiece
-from touchline.schemas.messages import LeftOutStretch, Trajectory
+from touchline.schemas.messages import LeftOutPatch, LeftOutStretch, Trajectory
 from touchline.schemas.template import Polygon, Template
 
 OPERATOR: Final = "operator"
@@ -40,6 +40,18 @@ class Rest(NamedTuple):
     pieces: tuple[GroundPiece, ...] = ()
 
 
+class LeftOut(NamedTuple):
+    """Undone work.
+
+    Attributes:
+        stretches: Stretches of lines.
+        patches: Patches of areas.
+    """
+
+    stretches: tuple[LeftOutStretch, ...] = ()
+    patches: tuple[LeftOutPatch, ...] = ()
+
+
 class Remains(Protocol):
     """Undone work of a job, and the reasons for which it was left out.
 
@@ -50,19 +62,19 @@ class Remains(Protocol):
     """Distances by which plans of the rest keep off what was seen."""
 
     template: Template
-    """The whole template, in the map frame."""
+    """The whole template, in the map frame; for a tool that paints, with the swaths of its areas as lines."""
 
     @property
     def done(self) -> float:
         """Amount of work done, m or m²."""
 
     @property
-    def left_out(self) -> Sequence[LeftOutStretch]:
-        """Undone stretches of lines that were left out; of others it is not known whether they will be done."""
+    def left_out(self) -> LeftOut:
+        """Undone work that was left out; of other work it is not known whether it will be done."""
 
     @property
-    def undone(self) -> Sequence[LeftOutStretch]:
-        """All undone stretches of lines."""
+    def undone(self) -> LeftOut:
+        """All undone work."""
 
     @property
     def reasons_left(self) -> set[str]:

@@ -11,6 +11,7 @@ from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.interface import TICK_S
 from touchline.onboard.perception.perception import lidars_of
 from touchline.onboard.protection.stopping import stopping_with
+from touchline.schemas.ground_piece import RemainingPieces
 from touchline.schemas.known_ground import KnownGround, KnownObstacle
 from touchline.schemas.messages import PlanOptions, PlanReport
 from touchline.schemas.plan_cause import PlanCause
@@ -53,6 +54,11 @@ class RestRequest(NamedTuple):
         """Template to plan: the rest, with what was seen as further obstacles."""
         obstacles = (*self.rest.template.obstacles, *self.seen)
         return self.rest.template.model_copy(update={"obstacles": obstacles})
+
+    @property
+    def remaining_json(self) -> str:
+        """Remaining pieces of areas as text; "" if there are none."""
+        return RemainingPieces(pieces=self.rest.pieces).model_dump_json() if self.rest.pieces else ""
 
     def cause(self, report: PlanReport) -> PlanCause:
         """Return the inputs of the plan besides the rest, by the plan's report."""

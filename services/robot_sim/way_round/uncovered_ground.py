@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+import numpy as np
+
 from touchline.core.ground_pieces import pieces_within_reach, worthwhile_pieces
+from touchline.core.missed_patches import SMALLEST_M2
 from touchline.core.robust_overlay import as_area, difference, intersection, union, union_of_two
 from touchline.core.tool_reach import free_ground
 from touchline.onboard.interface import PaintBelief
 from touchline.schemas.ground_piece import GroundPiece
-from touchline.schemas.messages import LeftOutStretch, PlanOptions, Trajectory
+from touchline.schemas.messages import LeftOutPatch, LeftOutStretch, PlanOptions, Trajectory
 from touchline.schemas.template import Area, Polygon, Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.accounting.planned_tool_path import planned_tool_path
 from touchline.services.robot_sim.accounting.swept_ground import swept_ground
 from touchline.services.robot_sim.accounting.travelled_path import travelled_path
-from touchline.services.robot_sim.way_round.remains import PLAN, Clearances, Rest
+from touchline.services.robot_sim.way_round.remains import PLAN, Clearances, LeftOut, Rest
 
 if TYPE_CHECKING:
     import shapely
@@ -28,12 +31,61 @@ ALL_ROUND: Final = Clearances(left_m=0.012, far_side_m=0.15)
 what is left free is more than the rounding of outlines."""
 
 
+STRAIGHT_M: Final = 0.01
+"""Outlines of patches are simplified to straights within this distance."""
+
+
 class LeftOutGround(NamedTuple):
     """Ground that a plan leaves out, and the reason as in `Remains`."""
 
     area_id: str
     ground: BaseGeometry
     reason: str
+
+
+def left_out_grounds(patches: Iterable[LeftOutPatch]) -> list[LeftOutGround]:
+    """Return the ground of reported patches: of their holes, only other patches in them are known."""
+    import shapely
+
+    found = list[LeftOutGround]()
+    taken: BaseGeometry = shapely.Polygon()
+    whole = [(shapely.Polygon(np.column_stack((each.corners_x_m, each.corners_y_m))), each) for each in patches]
+    for shape, each in sorted(whole, key=lambda pair: float(pair[0].area)):
+        found.append(LeftOutGround(each.area_id, difference(shape, taken), each.outline))
+        taken = union_of_two(taken, shape)
+    return found
+
+
+def main_reason(notes: Sequence[LeftOutGround], area_id: str, patch: BaseGeometry) -> str:
+    """Return the reason for which most of a patch of uncovered ground was left out; "" if none explains most.
+
+    Args:
+        notes: Ground left out.
+        area_id: Id of the patch's area.
+        patch: The patch (m, map frame).
+    """
+    found, most_m2 = "", 0.5 * patch.area
+    for reason in dict.fromkeys(each.reason for each in notes):
+        noted = union([each.ground for each in notes if (each.area_id, each.reason) == (area_id, reason)])
+        shared_m2 = float(intersection(noted, patch).area)
+        if shared_m2 > most_m2:
+            found, most_m2 = reason, shared_m2
+    return found
+
+
+def large_parts(ground: BaseGeometry) -> list[shapely.Polygon]:
+    """Return the parts of uncovered ground that are large enough to be listed."""
+    import shapely
+
+    return [part for part in shapely.get_parts(as_area(ground)).tolist() if part.area > SMALLEST_M2]
+
+
+def corners_of(patch: shapely.Polygon) -> list[tuple[float, float]]:
+    """Return the corners of a patch's outline, once round, simplified."""
+    import shapely
+
+    ring = shapely.simplify(patch, STRAIGHT_M).exterior.coords[:-1]
+    return [(float(x), float(y)) for x, y in ring]
 
 
 class UncoveredGround:
@@ -43,20 +95,27 @@ class UncoveredGround:
         template: The whole template, in the map frame.
         vehicle: Vehicle that covers it.
         options: Options of its plans.
+        remaining: What is to be covered of the areas; none: all of them. The rest counts as covered.
 
     Attributes:
         covered: Covered ground, in areas and beside them (m, map frame).
         notes: Ground left out.
     """
 
-    def __init__(self, template: Template, vehicle: Vehicle, options: PlanOptions) -> None:
+    def __init__(
+        self, template: Template, vehicle: Vehicle, options: PlanOptions, remaining: Sequence[GroundPiece] = ()
+    ) -> None:
         import shapely
 
         self.template, self._vehicle, self._options = template, vehicle, options
         self.clearances = ALL_ROUND
         self.covered: BaseGeometry = shapely.Polygon()
+        if remaining:
+            whole = union([area.polygon for area in template.areas])
+            self.covered = difference(whole, union([piece.polygon for piece in remaining]))
         self.notes: tuple[LeftOutGround, ...] = ()
         self._reasons_left: set[str] | None = None
+        self._left_out: LeftOut | None = None
 
     @property
     def done(self) -> float:
@@ -64,14 +123,20 @@ class UncoveredGround:
         return float(sum(intersection(self.covered, area.polygon).area for area in self.template.areas))
 
     @property
-    def left_out(self) -> tuple[LeftOutStretch, ...]:
-        """See `Remains`; areas have no lines."""
-        return ()
+    def left_out(self) -> LeftOut:
+        """See `Remains`."""
+        if self._left_out is None:
+            noted = {
+                area.id: union([each.ground for each in self.notes if each.area_id == area.id])
+                for area in self.template.areas
+            }
+            self._left_out = self._patches(noted)
+        return self._left_out
 
     @property
-    def undone(self) -> tuple[LeftOutStretch, ...]:
-        """See `Remains`; areas have no lines."""
-        return ()
+    def undone(self) -> LeftOut:
+        """See `Remains`."""
+        return self._patches({area.id: area.polygon for area in self.template.areas})
 
     @property
     def reasons_left(self) -> set[str]:
@@ -83,7 +148,7 @@ class UncoveredGround:
     def enter(self, trajectory: Trajectory, painted: PaintBelief, reached_m: float) -> None:
         """See `Remains`."""
         self.covered = union_of_two(self.covered, self._swept(travelled_path(trajectory, reached_m)))
-        self._reasons_left = None
+        self._changed()
 
     def note_plan(self, trajectory: Trajectory) -> None:
         """See `Remains`."""
@@ -133,21 +198,37 @@ class UncoveredGround:
     def leave_out(self, outlines: Collection[str], reason: str) -> None:
         """See `Remains`."""
         self.notes = tuple(each._replace(reason=reason) if each.reason in outlines else each for each in self.notes)
-        self._reasons_left = None
+        self._changed()
 
     def reason(self, area_id: str, patch: BaseGeometry) -> str:
         """Return the reason for which most of a patch of uncovered ground was left out; "" if none explains most."""
-        found, most_m2 = "", 0.5 * patch.area
-        for reason in dict.fromkeys(each.reason for each in self.notes):
-            noted = union([each.ground for each in self.notes if (each.area_id, each.reason) == (area_id, reason)])
-            shared_m2 = float(intersection(noted, patch).area)
-            if shared_m2 > most_m2:
-                found, most_m2 = reason, shared_m2
-        return found
+        return main_reason(self.notes, area_id, patch)
 
     def _add(self, notes: Iterable[LeftOutGround]) -> None:
         """Add notes."""
-        self.notes, self._reasons_left = (*self.notes, *notes), None
+        self.notes = (*self.notes, *notes)
+        self._changed()
+
+    def _changed(self) -> None:
+        """Drop what was derived from covered ground and notes."""
+        self._reasons_left = self._left_out = None
+
+    def _patches(self, grounds: Mapping[str, BaseGeometry]) -> LeftOut:
+        """Return the uncovered patches of ground, by area id."""
+        found = list[LeftOutPatch]()
+        for area_id, ground in grounds.items():
+            for part in large_parts(difference(ground, self.covered)):
+                x, y = zip(*corners_of(part), strict=True)
+                found.append(
+                    LeftOutPatch(
+                        area_id=area_id,
+                        outline=self.reason(area_id, part),
+                        size_m2=float(part.area),
+                        corners_x_m=np.array(x),
+                        corners_y_m=np.array(y),
+                    )
+                )
+        return LeftOut(patches=tuple(found))
 
     def _swept(self, trajectory: Trajectory) -> BaseGeometry:
         """Return the ground that the tool passes over along a trajectory."""

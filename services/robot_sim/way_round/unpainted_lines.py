@@ -17,7 +17,7 @@ from touchline.schemas.swath_ids import line_part_id, whole_line_id
 from touchline.schemas.template import Polygon, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.paint.targets import nozzle_curve, segment_length_m
-from touchline.services.robot_sim.way_round.remains import PLAN, Clearances, Rest
+from touchline.services.robot_sim.way_round.remains import PLAN, Clearances, LeftOut, Rest
 
 PASSING_BY: Final = Clearances(left_m=0.03, far_side_m=0.0)
 """Clearances of a robot that passes things on the side that it sees; plans keep less than `left_m` from outlines."""
@@ -129,14 +129,14 @@ class UnpaintedLines:
         ]
 
     @property
-    def undone(self) -> tuple[LeftOutStretch, ...]:
+    def undone(self) -> LeftOut:
         """See `Remains`."""
-        return tuple(map(self._stretch, self.gaps()))
+        return LeftOut(stretches=tuple(map(self._stretch, self.gaps())))
 
     @property
-    def left_out(self) -> tuple[LeftOutStretch, ...]:
+    def left_out(self) -> LeftOut:
         """See `Remains`."""
-        return tuple(map(self._stretch, self._gaps_left_out))
+        return LeftOut(stretches=tuple(map(self._stretch, self._gaps_left_out)))
 
     @property
     def reasons_left(self) -> set[str]:

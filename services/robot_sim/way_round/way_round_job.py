@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Final
+from functools import partial
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.onboard.perception.perception import lidars_of
 from touchline.schemas.line_parts import DONE_M
-from touchline.schemas.messages import LeftOutStretch, PlanOptions, Time, Trajectory, TraversalStatus
+from touchline.schemas.messages import LeftOutStretch, Time, Trajectory, TraversalStatus
 from touchline.schemas.messages import WayRound as Said
+from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.standing_clearance import standing_clearance_m
-from touchline.schemas.template import Template
+from touchline.schemas.template import Polygon, Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
 from touchline.services.robot_sim.settling import RESTING_MPS
-from touchline.services.robot_sim.way_round.remains import OPERATOR, PLAN, Remains
-from touchline.services.robot_sim.way_round.rest_request import RestRequest, passing_m, with_margin
+from touchline.services.robot_sim.way_round.remains import OPERATOR, PLAN, LeftOut, Remains, Rest
+from touchline.services.robot_sim.way_round.rest_request import Pose, RestRequest, passing_m, with_margin
 from touchline.services.robot_sim.way_round.seen_things import SeenThings, seen_things, thing_in_the_way
+from touchline.services.robot_sim.way_round.swath_lines import with_swaths_as_lines
 from touchline.services.robot_sim.way_round.uncovered_ground import UncoveredGround
 from touchline.services.robot_sim.way_round.unpainted_lines import UnpaintedLines
 from touchline.services.robot_sim.way_round.waiting import PATIENT, Waiting, WaitingOrder
@@ -39,17 +42,28 @@ WIDER_M: Final = 0.2
 
 
 def goes_round(vehicle: Vehicle, template: Template | None) -> bool:
-    """Return whether a robot goes round things on a job: it has a lidar, and the job is one of lines."""
-    return bool(template is not None and template.segments and not template.areas and lidars_of(vehicle))
+    """Return whether a robot goes round things on a job: it has a lidar, and the job has a template."""
+    return template is not None and bool(lidars_of(vehicle))
 
 
-def covers_round(vehicle: Vehicle, template: Template) -> bool:
-    """Return whether a robot goes round things on a job of areas: it has a lidar, and its tool covers them."""
-    return bool(template.areas and not template.segments and vehicle.tool.covers and lidars_of(vehicle))
+class RestDraft(NamedTuple):
+    """Place and surroundings of the robot for a plan of the rest.
+
+    Attributes:
+        pose: Pose of the standing robot.
+        seen: What it has seen, with the distance that it keeps.
+        things: Name of what is in its way.
+        rest: Works out the rest, in any thread: that takes a moment.
+    """
+
+    pose: Pose
+    seen: tuple[Polygon, ...]
+    things: tuple[str, ...]
+    rest: Callable[[], Rest | None]
 
 
 class WayRoundJob:
-    """Behaviour of a robot that meets things on a job of lines, or of areas that its tool covers.
+    """Behaviour of a robot that meets things on a job of lines or areas.
 
     The owner calls `look` between ticks, plans and loads what it asks for, and reports the outcome.
 
@@ -57,7 +71,7 @@ class WayRoundJob:
         emulator: The robot, which has taken the job.
         template: The job.
         trajectory: Its plan.
-        options: Options of the plan.
+        cause: Inputs of the plan.
         told: Called after each report, to publish it.
 
     Attributes:
@@ -71,15 +85,16 @@ class WayRoundJob:
         emulator: Emulator,
         template: Template,
         trajectory: Trajectory,
-        options: PlanOptions,
+        cause: PlanCause,
         told: Callable[[], None],
     ) -> None:
-        self._emulator, self._options, self._told = emulator, options, told
+        self._emulator, self._options, self._told = emulator, cause.options, told
         self._trajectory, self._waiting, self._seen = trajectory, Waiting(PATIENT), SeenThings()
+        vehicle = emulator.vehicle
         self.remains: Remains = (
-            UncoveredGround(template, emulator.vehicle, options)
-            if template.areas
-            else UnpaintedLines(template, emulator.vehicle)
+            UncoveredGround(template, vehicle, cause.options, cause.remaining)
+            if template.areas and vehicle.tool.covers
+            else UnpaintedLines(with_swaths_as_lines(template, trajectory, vehicle), vehicle)
         )
         self.remains.note_plan(trajectory)
         known = [*([template.boundary] if template.boundary else []), *template.obstacles]
@@ -139,6 +154,11 @@ class WayRoundJob:
 
     def rest(self) -> RestRequest | None:
         """Return the request to plan what remains from where the robot stands; None if nothing does, or in vain."""
+        draft = self.draft()
+        return None if draft is None else self.request(draft, draft.rest())
+
+    def draft(self) -> RestDraft | None:
+        """Return the draft of a request, for `request` once its rest is worked out; None if it were in vain."""
         onboard, vehicle = self._emulator.onboard, self._emulator.vehicle
         self._enter()
         if self._in_vain >= MOST_IN_VAIN:
@@ -150,14 +170,24 @@ class WayRoundJob:
         if not self.remains.template.areas:  # of areas, plans keep off by themselves
             known = self.remains.template.obstacles
             seen += with_margin(known, pose, vehicle, standing_clearance_m(vehicle), self.remains.clearances.left_m)
-        rest = self.remains.rest(self._for_good, seen)
+        names = _names(thing_in_the_way(onboard, things))
+        return RestDraft(pose, seen, names, partial(self.remains.rest, self._for_good, seen))
+
+    def request(self, draft: RestDraft, rest: Rest | None) -> RestRequest | None:
+        """Return the request of a draft; None if nothing remains.
+
+        Args:
+            draft: The draft.
+            rest: Its rest.
+        """
         if rest is None:
             return None
-        if onboard.state in UNDER_WAY:
-            self._say(Said.PLANS, _names(thing_in_the_way(onboard, things)))
+        if self._emulator.onboard.state in UNDER_WAY:
+            self._say(Said.PLANS, draft.things)
         margin_m = self._options.margin_m if self.remains.template.areas else 0.0
-        options = self._options.model_copy(update={"start": np.array(pose), "obstructed": "", "margin_m": margin_m})
-        return RestRequest(rest, seen, options)
+        start = np.array(draft.pose)
+        options = self._options.model_copy(update={"start": start, "obstructed": "", "margin_m": margin_m})
+        return RestRequest(rest, draft.seen, options)
 
     def finds_no_way(self, reason: str) -> str:
         """Note that there is no plan of the rest; return the reason to abort the drive with, "" to wait on.
@@ -179,7 +209,8 @@ class WayRoundJob:
 
     def nothing_remains(self) -> str:
         """Note that the rest is left out for good; return the reason to abort the drive with."""
-        self.remains.give_reason(_listed(self._in_the_way))
+        if self._emulator.onboard.state != TraversalStatus.DONE:
+            self.remains.give_reason(_listed(self._in_the_way))
         self._end()
         return REST_LEFT_OUT
 
@@ -212,15 +243,15 @@ class WayRoundJob:
         """Note what the plan by which the robot comes back leaves out; see `breaks_off`."""
         self.remains.note(request.rest, request.seen, trajectory, left_out)
 
-    def drive_ends(self) -> RestRequest | None:
-        """Return the request to plan what was left out, once, after the last line; None if the job is over."""
+    def drive_ends(self) -> RestDraft | None:
+        """Return the draft of what was left out, once, after the last line; None if the job is over."""
         if self._emulator.onboard.state != TraversalStatus.DONE:
             self.cancel()
         elif not self.over and self._comes_back:
             self._returning, self._passed = True, ()
             self._seen.forget()
-            if (request := self.rest()) is not None:
-                return request
+            if (draft := self.draft()) is not None:
+                return draft
         self._end()
         return None
 
@@ -237,9 +268,9 @@ class WayRoundJob:
             self._say(Said.DRIVES)
 
     @property
-    def left_out(self) -> tuple[LeftOutStretch, ...]:
-        """Unpainted stretches of lines at the end of the job; before that, those left out so far."""
-        return tuple(self.remains.undone if self.finished else self.remains.left_out)
+    def left_out(self) -> LeftOut:
+        """Undone work at the end of the job; before that, what is left out so far."""
+        return self.remains.undone if self.finished else self.remains.left_out
 
     @property
     def _comes_back(self) -> bool:
@@ -266,13 +297,15 @@ class WayRoundJob:
 
     def _say(self, state: int, things: tuple[str, ...] = (), goes_round_tick: int = 0, warning: str = "") -> None:
         """Report what the robot does, if that is new."""
+        left_out = self.left_out
         said = Said(
             state=state,
             things=things,
             goes_round_at=Time.of_ns(round(goes_round_tick * 1e9 / TICKS_PER_S)),
             continues=not self.over and (self._breaks_off or self._comes_back),
             drives=self._drives,
-            left_out=self.left_out,
+            left_out=left_out.stretches,
+            left_out_patches=left_out.patches,
         )
         later_s = abs(said.goes_round_at.seconds - self._said.goes_round_at.seconds)
         if said.model_copy(update={"goes_round_at": self._said.goes_round_at}) != self._said or later_s > SOON_S:

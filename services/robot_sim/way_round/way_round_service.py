@@ -16,11 +16,13 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import CommandRefused, PayloadError, SpecError
+from touchline.schemas.plan_cause import PlanCause
 from touchline.services.robot_sim.command_handlers import Commands, Ready
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
+from touchline.services.robot_sim.way_round.remains import Rest
 from touchline.services.robot_sim.way_round.rest_request import RestRequest
 from touchline.services.robot_sim.way_round.waiting import WaitingOrder
-from touchline.services.robot_sim.way_round.way_round_job import WayRoundJob, goes_round
+from touchline.services.robot_sim.way_round.way_round_job import RestDraft, WayRoundJob, goes_round
 
 LOOK_TICKS: Final = 10
 """Ticks between two looks at what is in the way."""
@@ -62,6 +64,7 @@ class WayRoundService:
 
     def _forget(self) -> None:
         """Drop a plan in progress."""
+        self._draft: tuple[RestDraft, Future[Rest | None]] | None = None
         self._request: RestRequest | None = None
         self._question: Question | None = None
         self._left_out: tuple[m.LeftOutStretch, ...] = ()
@@ -70,8 +73,8 @@ class WayRoundService:
 
     @property
     def plans(self) -> bool:
-        """True while a plan is being made or prepared."""
-        return self._question is not None or self._prepared is not None
+        """True while a plan is being drafted, made or prepared."""
+        return self._draft is not None or self._question is not None or self._prepared is not None
 
     def begin(self, ready: Ready) -> None:
         """Note that the robot has taken a trajectory: the next drive of this job, or another job."""
@@ -82,9 +85,8 @@ class WayRoundService:
         self._forget()
         self._job = None
         if ready.template is not None and goes_round(self._emulator.vehicle, ready.template):
-            cause = ready.job.cause
-            options = cause.options if cause is not None else m.PlanOptions()
-            self._job = WayRoundJob(self._emulator, ready.template, ready.trajectory, options, self._told)
+            cause = ready.job.cause or PlanCause()
+            self._job = WayRoundJob(self._emulator, ready.template, ready.trajectory, cause, self._told)
 
     def stop(self, *, for_good: bool) -> bool:
         """Note that a person has ordered the robot to stop; return True if it was between two drives.
@@ -108,7 +110,9 @@ class WayRoundService:
         job = self._job
         if job is None or job.over:
             return
-        if self._question is not None:
+        if self._draft is not None:
+            self._take_draft(job, *self._draft)
+        elif self._question is not None:
             self._poll_planner(job, self._question)
         elif self._prepared is not None:
             if self._prepared.done():
@@ -118,11 +122,11 @@ class WayRoundService:
                 self._set_off(job, self._ready)
         elif job.between_drives:
             if job.may_search:  # the robot has not taken the last plan
-                self._ask_for_rest(job)
+                self._begin_draft(job)
         elif self._driven and not self._emulator.active and self._commands.concluded:
             self._driven = False
-            if (request := job.drive_ends()) is not None:
-                self._ask(request)
+            if (draft := job.drive_ends()) is not None:
+                self._draft = draft, self._preparing.submit(draft.rest)
 
     def look(self) -> None:
         """Look at what is in the way, between ticks."""
@@ -132,13 +136,29 @@ class WayRoundService:
         self._driven, self._look_tick = True, self._emulator.tick_count + LOOK_TICKS
         if self._ready is not None or not job.look(attended=self._attended()) or self.plans:
             return
-        self._ask_for_rest(job)
+        self._begin_draft(job)
 
-    def _ask_for_rest(self, job: WayRoundJob) -> None:
-        request = job.rest()
-        if request is not None:
+    def _begin_draft(self, job: WayRoundJob) -> None:
+        """Have the rest worked out in a thread: of a large area it takes up to a second, and stops cannot wait."""
+        if (draft := job.draft()) is not None:
+            self._draft = draft, self._preparing.submit(draft.rest)
+        else:
+            self._leave_rest(job)
+
+    def _take_draft(self, job: WayRoundJob, draft: RestDraft, rest: Future[Rest | None]) -> None:
+        """Ask for the plan of a rest that is worked out, unless the way has become free meanwhile."""
+        if not rest.done():
+            return
+        self._draft = None
+        if self._emulator.onboard.state in UNDER_WAY and not job.waits:
+            return
+        if (request := job.request(draft, rest.result())) is not None:
             self._ask(request)
-        elif (why := job.nothing_remains()) and self._emulator.onboard.state in UNDER_WAY:
+        else:
+            self._leave_rest(job)
+
+    def _leave_rest(self, job: WayRoundJob) -> None:
+        if (why := job.nothing_remains()) and self._emulator.onboard.state in UNDER_WAY:
             self._abort(why)
 
     def _ask(self, request: RestRequest) -> None:
@@ -148,6 +168,7 @@ class WayRoundService:
             template_json=request.template.to_json(),
             vehicle_json=self._vehicle_json,
             options=request.options,
+            remaining_json=request.remaining_json,
         )
         self._request = request
         self._question = self._bus.ask(topics.PLAN_SERVICE, encode(plan), PLAN_TIMEOUT_S)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,20 +16,21 @@ from touchline.api.drive_table import drive_table
 from touchline.api.function_follower import FunctionFollower
 from touchline.api.given_arguments import Progress, no_progress, setup_of
 from touchline.api.planned import Plan, plan
-from touchline.jobs.single.reports import failing
-from touchline.jobs.single.simulation import Job, Products, simulate_with
+from touchline.jobs.single.simulation import Job, Outcome, Products
+from touchline.jobs.way_round.way_round_simulation import simulate_job
+from touchline.jobs.way_round.work_done import WorkDone
 from touchline.onboard import Onboard
 from touchline.onboard.control.follower import Follower
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.errors import SpecError
-from touchline.schemas.messages import AreaReport, PaintMarks, TraversalReport
+from touchline.schemas.messages import AreaReport, PaintMarks, Trajectory, TraversalReport
 from touchline.schemas.near_names import did_you_mean
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
-from touchline.services.robot_sim.drive_log import DriveLog, LoggedEvent
+from touchline.services.robot_sim.drive_log import TICK, DriveLog, LoggedEvent
 from touchline.services.robot_sim.emulator import Emulator
 
 if TYPE_CHECKING:
@@ -38,16 +39,24 @@ if TYPE_CHECKING:
 GivenFollower = str | Follower | Callable[[Any, Any], tuple[float, float]]
 
 
+class _Drive(NamedTuple):
+    """A drive of a run: its plan, and the time at which it ended (s)."""
+
+    plan: Trajectory
+    end_s: float
+
+
 @dataclass(frozen=True, repr=False)
 class Run:
-    """A simulated drive of a plan.
+    """A simulated plan; a robot with a lidar that goes round things does it in several drives.
 
     Attributes:
         plan: The plan.
         setup: Vehicle, computer and world.
         success: True if it was driven to its end, and the work is accepted.
         reason: Why not, or empty.
-        report: All figures of the drive.
+        report: All figures of the work, over all drives.
+        figures: The report of `touchline simulate`, which also has what is left out.
         area: Figures of its areas, if a covering tool worked on some.
         events: Events that the robot reported.
         wall_time_s: Wall-clock time of the simulation.
@@ -61,6 +70,7 @@ class Run:
     success: bool
     reason: str
     report: TraversalReport
+    figures: dict[str, Any]
     area: AreaReport | None
     events: tuple[LoggedEvent, ...]
     wall_time_s: float
@@ -68,6 +78,8 @@ class Run:
     strokes: tuple[PaintMarks, ...]
     log: NDArray[np.float64]
     _follower: GivenFollower | None
+    _drives: tuple[_Drive, ...]
+    _work: WorkDone | None
 
     @property
     def seed(self) -> int:
@@ -76,7 +88,7 @@ class Run:
 
     @property
     def duration_s(self) -> float:
-        """Sim time from start to standstill."""
+        """Sim time from start to standstill, of all drives together."""
         return self.report.total_time_s
 
     @property
@@ -86,7 +98,13 @@ class Run:
 
     @cached_property
     def _table(self) -> NDArray[np.void]:
-        table = drive_table(self.log, self.setup.vehicle, load_trajectory(self.plan.trajectory, self.setup.vehicle))
+        vehicle, ends_s = self.setup.vehicle, [drive.end_s for drive in self._drives[:-1]]
+        parts = np.split(self.log, np.searchsorted(self.log[:, TICK] / TICKS_PER_S, ends_s, side="right"))
+        tables = [
+            drive_table(rows, vehicle, load_trajectory(drive.plan, vehicle))
+            for drive, rows in zip(self._drives, parts, strict=True)
+        ]
+        table = np.concatenate(tables)
         table.flags.writeable = False
         return table
 
@@ -94,7 +112,8 @@ class Run:
         """The drive as a DataFrame of pandas or polars, whichever is installed, else as a structured array.
 
         Its columns are those of `touchline.api.drive_table`: time_s, state, segment, station_m, truth_*, estimate_*,
-        reference_*, sigma_*, lateral_error_m and so on; SI units, map frame.
+        reference_*, sigma_*, lateral_error_m and so on; SI units, map frame. Segments, stations and references are
+        those of the plan of the present drive.
 
         Args:
             rate_hz: Rows per second, picked, not averaged: 100 or a fraction of it.
@@ -162,7 +181,10 @@ class Run:
         from touchline.jobs.single.work_picture import draw_work_into
 
         axes = own_axes(ax)
-        draw_work_into(axes, self.plan.template, self.strokes, self.report, self.area)
+        if self._work is not None:
+            self._work.draw_into(axes, self.strokes)
+        else:
+            draw_work_into(axes, self.plan.template, self.strokes, self.report, self.area)
         return axes
 
     def record(self, path: str | Path, /) -> Run:
@@ -229,21 +251,26 @@ def _driven(
     products = Products(hashed=True, record=record, strokes=True, log=log)
     computer = Onboard(setup.vehicle, setup.onboard, follower=_follower_of(follower))
     emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, computer)
-    done = simulate_with(emulator, job, products, progress)
-    reason = done.reason or failing(done.report, done.area, done.contacts)
+    done = simulate_job(job, emulator, products, progress)
+    figures = done.figures(job)
+    ends_s = [each.report.header.stamp.seconds for each in ((done,) if isinstance(done, Outcome) else done.drives)]
+    plans = (planned.trajectory,) if isinstance(done, Outcome) else done.plans
     return Run(
         planned,
         setup,
-        done.report.success,
-        reason,
+        figures["success"],
+        figures["reason"],
         done.report,
+        figures,
         done.area,
         tuple(log.events),
         done.wall_time_s,
         record,
-        done.strokes,
+        tuple(done.strokes),
         log.rows,
         follower,
+        tuple(map(_Drive, plans, ends_s)),
+        None if isinstance(done, Outcome) or not done.several else done.work,
     )
 
 

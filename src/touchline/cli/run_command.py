@@ -23,6 +23,7 @@ from touchline.cli.template_choice import TemplateChoice
 from touchline.jobs.single.bus_run import BusRun, JobOptions
 from touchline.jobs.watcher import JobFailed
 from touchline.jobs.way_round.way_round_run import WayRoundRun
+from touchline.jobs.way_round.work_done import draw_work_done
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.digest import scenario_hash
@@ -222,7 +223,7 @@ def _draw(job: BusRun, path: Path) -> None:
     from touchline.jobs.single.work_picture import draw_work
 
     if isinstance(job, WayRoundRun) and job.work is not None:
-        job.work.draw(job.strokes, path)
+        draw_work_done(job.work, job.strokes, path)
         return
     strokes = job.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
     template = parse_template(job.options.template_json)

@@ -30,12 +30,11 @@ def simulate(
     output: OutputChoice,
 ) -> None:
     """Simulate a template once in this process, without Zenoh: the figures of `run`, many times faster."""
-    from touchline.jobs.single.simulation import Job, Products
-    from touchline.jobs.single.simulation import simulate as carry_out
+    from touchline.jobs.single.simulation import Job, Outcome, Products
     from touchline.jobs.single.work_picture import draw_work
-    from touchline.jobs.way_round.way_round_simulation import simulate_way_round
+    from touchline.jobs.way_round.way_round_simulation import simulate_job
+    from touchline.jobs.way_round.work_done import draw_work_done
     from touchline.services.robot_sim.emulator import Emulator
-    from touchline.services.robot_sim.way_round.way_round_job import covers_round, goes_round
 
     template = drawing.chosen()
     ordered = orders_of(orders or (), robots)
@@ -53,20 +52,16 @@ def simulate(
         warn_of_shortages(job.plan_report, setup.vehicle)
         warn_of_left_out(job.plan_report.left_out)
         products = Products(hashed, output.record, strokes=output.plot is not None)
-        if goes_round(setup.vehicle, template) or covers_round(setup.vehicle, template):
-            with without_collecting():
-                robot_there = Emulator(setup.vehicle, setup.scenario, setup.onboard)
-                drives = simulate_way_round(job, robot_there, products, advance)
-            warn_of_undone(drives.work.warnings())
-            if output.plot is not None:
-                advance(1.0, "Drawing")
-                drives.work.draw(drives.strokes, output.plot)
-            figures = drives.figures(job)
-        else:
-            with without_collecting():
-                outcome = carry_out(job, setup.scenario, setup.onboard, products, advance)
-            if output.plot is not None:
-                advance(1.0, "Drawing")
+        with without_collecting():
+            robot_there = Emulator(setup.vehicle, setup.scenario, setup.onboard)
+            outcome = simulate_job(job, robot_there, products, advance)
+        if not isinstance(outcome, Outcome):
+            warn_of_undone(outcome.work.warnings())
+        if output.plot is not None:
+            advance(1.0, "Drawing")
+            if isinstance(outcome, Outcome):
                 draw_work(template, outcome.strokes, output.plot, outcome.report, outcome.area)
-            figures = outcome.figures(job)
+            else:
+                draw_work_done(outcome.work, outcome.strokes, output.plot)
+        figures = outcome.figures(job)
     output.conclude("Simulation", drawing.template, setup, figures)

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from touchline.jobs.single.reports import failing
-from touchline.jobs.single.simulation import Job, Progress, simulate
+from touchline.jobs.single.simulation import Job, Products, Progress
 from touchline.jobs.sweep.combinations import RANDOM_FAULTS, SweepCase
 from touchline.jobs.sweep.goal_job import GoalJob, arrival_run_figures
 from touchline.jobs.sweep.team_job import TeamJob, swept_figures
+from touchline.jobs.way_round.way_round_simulation import simulate_job
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import AreaReport, PoseGoal, TraversalReport
@@ -16,6 +16,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.team import TeamScenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.robot_sim.emulator import Emulator
 
 SweepJob = Job | GoalJob | TeamJob
 
@@ -117,11 +118,9 @@ def _driven(job: GoalJob, task: Task) -> SweepRun:
 
 
 def _worked(job: Job, task: Task) -> SweepRun:
-    outcome = simulate(job, task.scenario, task.config)
-    report = outcome.report
-    reason = outcome.reason or failing(report, outcome.area, outcome.contacts)
-    figures = run_figures(report, outcome.area)
-    return SweepRun(task.case, task.scenario.seed, report.success, reason, figures, outcome.scenario_hash)
+    outcome = simulate_job(job, Emulator(job.vehicle, task.scenario, task.config), Products())
+    told, figures = outcome.figures(job), run_figures(outcome.report, outcome.area)
+    return SweepRun(task.case, task.scenario.seed, told["success"], told["reason"], figures, told["hash"]["scenario"])
 
 
 def run_figures(report: TraversalReport, area: AreaReport | None = None) -> dict[str, float]:

@@ -3,28 +3,26 @@
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from touchline.core.missed_patches import SMALLEST_M2
-from touchline.core.robust_overlay import as_area, difference
+from touchline.core.robust_overlay import difference
 from touchline.jobs.shared.joint_ground import JointGround, joint_ground
 from touchline.jobs.shared.joint_paint import Work
-from touchline.jobs.single.covered_picture import FIGURE_SIZE_IN, cover
-from touchline.recordings.writing import writing
-from touchline.schemas.messages import PaintMarks, Trajectory
+from touchline.jobs.single.covered_picture import cover
+from touchline.schemas.messages import AreaReport, PaintMarks, Trajectory, TraversalReport
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plots.ground import MISSED
 from touchline.services.robot_sim.accounting.swept_ground import swept_ground
 from touchline.services.robot_sim.way_round.remains import OPERATOR, PLAN
+from touchline.services.robot_sim.way_round.uncovered_ground import corners_of, large_parts
 
-STRAIGHT_M: Final = 0.01
-"""Outlines of patches are simplified to straights within this distance."""
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 class UncoveredPatch(NamedTuple):
@@ -52,11 +50,10 @@ class UncoveredPatch(NamedTuple):
     @property
     def figures(self) -> dict[str, Any]:
         """The patch as figures of a report."""
-        outline = shapely.simplify(self.ground, STRAIGHT_M).exterior.coords[:-1]
         return {
             "area": self.area_id,
             "size_m2": float(self.ground.area),
-            "outline_m": [[float(x), float(y)] for x, y in outline],
+            "outline_m": [[x, y] for x, y in corners_of(self.ground)],
             "reason": self.reason or "not covered",
         }
 
@@ -76,28 +73,33 @@ class CoveredAreas:
     patches: tuple[UncoveredPatch, ...]
 
     @property
+    def report(self) -> TraversalReport:
+        """See `WorkDone`."""
+        return self.ground.report
+
+    @property
+    def area(self) -> AreaReport:
+        """See `WorkDone`."""
+        return self.ground.area
+
+    @property
     def refusal(self) -> str:
         """See `WorkDone`."""
-        report = self.ground.report
-        return "" if report.paint_accepted else f"the work is not accepted: {report.verdict}"
+        return "" if self.report.paint_accepted else f"the work is not accepted: {self.report.verdict}"
 
     def figures(self) -> dict[str, Any]:
         """See `WorkDone`."""
         return {
             "area": self.ground.figures(),
-            "uncovered": uncovered_figures(self.ground.area.missed_m2, self.patches),
+            "uncovered": uncovered_figures(self.area.missed_m2, self.patches),
         }
 
     def warnings(self) -> Iterator[str]:
         """See `WorkDone`."""
         return (each.words for each in self.patches if each.reason != PLAN)
 
-    def draw(self, strokes: Iterable[PaintMarks], path: Path) -> None:
+    def draw_into(self, axes: "Axes", strokes: Iterable[PaintMarks]) -> None:
         """See `WorkDone`."""
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
-        axes = figure.add_subplot()
         cover(axes, self.template, strokes, self.ground.caption())
         for patch in self.patches:
             if patch.reason != PLAN:
@@ -107,8 +109,6 @@ class CoveredAreas:
                 axes.annotate(
                     name, (place.x, place.y), (3, -9), textcoords="offset points", color=MISSED, fontsize="x-small"
                 )
-        with writing(path):
-            figure.savefig(path, dpi=140)
 
 
 def uncovered_figures(total_m2: float, patches: Sequence[UncoveredPatch]) -> dict[str, Any]:
@@ -142,12 +142,7 @@ def covered_areas(
         reason: Returns the reason for which a patch of an area was left out.
     """
     swept = swept_ground([stroke for work in works for stroke in work.ledger.strokes()]).swept
-    parts = [
-        (area.id, part)
-        for area in template.areas
-        for part in shapely.get_parts(as_area(difference(area.polygon, swept))).tolist()
-        if part.area > SMALLEST_M2
-    ]
+    parts = [(area.id, part) for area in template.areas for part in large_parts(difference(area.polygon, swept))]
     found = [UncoveredPatch(name, part, reason(name, part)) for name, part in parts]
     found.sort(key=lambda each: -each.ground.area)
     return CoveredAreas(template, joint_ground(template, vehicle, driven, works), tuple(found))

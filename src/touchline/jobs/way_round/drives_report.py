@@ -3,22 +3,26 @@
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from touchline.jobs.shared.joint_paint import JointPaint
-from touchline.jobs.single.painted_picture import FIGURE_SIZE_IN, MIN_WIDTH_PT, paint
+from touchline.jobs.shared.joint_paint import JointPaint, Work, joint_paint
+from touchline.jobs.single.painted_picture import MIN_WIDTH_PT, paint
 from touchline.jobs.single.reports import contact_figures, failing
 from touchline.jobs.way_round.work_done import WorkDone
-from touchline.recordings.writing import writing
-from touchline.schemas.messages import ContactReport, LeftOutStretch, PaintMarks, TraversalReport
+from touchline.schemas.messages import ContactReport, Header, LeftOutStretch, PaintMarks, TraversalReport
 from touchline.schemas.plain_text import plain
 from touchline.schemas.swath_ids import whole_line_id
 from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.robot_sim.paint_messages import painting_report
 from touchline.services.robot_sim.way_round.remains import OPERATOR, PLAN
+from touchline.services.robot_sim.way_round.unpainted_lines import painted_lines
 from touchline.services.robot_sim.way_round.way_round_job import REST_LEFT_OUT
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 GAP_COLOUR: Final = "#ffb0b0"
 GAP_POINTS: Final = 21
@@ -39,6 +43,17 @@ class PaintedDrives:
     gaps: tuple[LeftOutStretch, ...]
 
     @property
+    def report(self) -> TraversalReport:
+        """See `WorkDone`."""
+        made = painting_report(Header(), self.paint.metrics, self.paint.tolerance_m, done=True)
+        return made.model_copy(update={"wet_crossings": self.paint.wet_crossings})
+
+    @property
+    def area(self) -> None:
+        """See `WorkDone`."""
+        return None
+
+    @property
     def refusal(self) -> str:
         """See `WorkDone`."""
         verdict = self.paint.metrics.verdict
@@ -52,12 +67,8 @@ class PaintedDrives:
         """See `WorkDone`."""
         return (gap_words(gap) for gap in self.gaps if gap.outline != PLAN)
 
-    def draw(self, strokes: Iterable[PaintMarks], path: Path) -> None:
+    def draw_into(self, axes: "Axes", strokes: Iterable[PaintMarks]) -> None:
         """See `WorkDone`."""
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
-        axes = figure.add_subplot()
         curves = {segment.id: segment.curve() for segment in self.template.segments}
         paint(axes, self.template, [_of_line(stroke, curves) for stroke in strokes], self.paint.caption())
         for gap in self.gaps:
@@ -65,8 +76,20 @@ class PaintedDrives:
             axes.plot(x, y, color=GAP_COLOUR, linestyle=":", linewidth=MIN_WIDTH_PT, gid="gap")
             name = f"{gap.outline or 'not painted'}, {gap.length_m:.2f} m"
             axes.annotate(plain(name), (x[GAP_POINTS // 2], y[GAP_POINTS // 2]), color=GAP_COLOUR, fontsize="small")
-        with writing(path):
-            figure.savefig(path, dpi=140)
+
+
+def painted_drives(
+    template: Template, vehicle: Vehicle, works: Sequence[Work], gaps: tuple[LeftOutStretch, ...]
+) -> PaintedDrives:
+    """Evaluate all the paint together; takes a moment.
+
+    Args:
+        template: The whole template, lines only.
+        vehicle: Vehicle that paints.
+        works: True work of each drive.
+        gaps: What is not painted.
+    """
+    return PaintedDrives(template, joint_paint(painted_lines(template, gaps), vehicle, works), gaps)
 
 
 def _of_line(stroke: PaintMarks, lines: Collection[str]) -> PaintMarks:
@@ -113,6 +136,20 @@ class EndedDrive(NamedTuple):
     reason: str
 
 
+def failure(drives: Sequence[EndedDrive], work: WorkDone) -> str:
+    """Return why a job is no success; "" if it is one. One that is done but for what cannot be reached is one.
+
+    Args:
+        drives: Its drives in order.
+        work: Work of all of them.
+    """
+    last, contacts = drives[-1], _all_contacts([each.contacts for each in drives])
+    reason = "" if last.reason == REST_LEFT_OUT else last.reason
+    if not reason and contacts is not None:
+        reason = failing(last.report, None, contacts) if contacts.while_moving else ""
+    return reason or work.refusal
+
+
 def drives_figures(drives: Sequence[EndedDrive], work: WorkDone, wall_time_s: float) -> dict[str, Any]:
     """Return the report of a job over all its drives.
 
@@ -121,12 +158,7 @@ def drives_figures(drives: Sequence[EndedDrive], work: WorkDone, wall_time_s: fl
         work: Work of all of them.
         wall_time_s: Wall-clock time of the job.
     """
-    last, total_s = drives[-1], sum(each.report.total_time_s for each in drives)
-    contacts = _all_contacts([each.contacts for each in drives])
-    reason = "" if last.reason == REST_LEFT_OUT else last.reason
-    if not reason and contacts is not None:
-        reason = failing(last.report, None, contacts) if contacts.while_moving else ""
-    reason = reason or work.refusal
+    total_s, reason = sum(each.report.total_time_s for each in drives), failure(drives, work)
     return {
         "success": not reason,
         "reason": reason,
@@ -138,7 +170,7 @@ def drives_figures(drives: Sequence[EndedDrive], work: WorkDone, wall_time_s: fl
         },
         **work.figures(),
         "drives": [each.reason or "done" for each in drives],
-        **contact_figures(contacts),
+        **contact_figures(_all_contacts([each.contacts for each in drives])),
     }
 
 
