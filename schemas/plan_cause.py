@@ -9,15 +9,30 @@ from pydantic import field_validator
 
 from touchline.schemas.ground_piece import GroundPiece
 from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
-from touchline.schemas.messages import PlanOptions, PlanReport, PoseGoal
-from touchline.schemas.spec import GrownSpec
+from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PlanReport, PoseGoal, WaySearch
+from touchline.schemas.spec import GrownSpec, Spec
+
+
+class LeftDrive(Spec):
+    """Place at which a plan leaves the drive before it."""
+
+    arc_length_m: float
+    """Arc length, m, that the robot had come to."""
+    keep_s: float
+    """Time, s, for which the drive is kept as it was."""
+
+    @classmethod
+    def of(cls, leaving: LeavingTrajectory) -> Self:
+        """That of a request, without the drive itself: the recording has it already."""
+        return cls(arc_length_m=leaving.arc_length_m, keep_s=leaving.keep_s)
 
 
 class PlanCause(GrownSpec):
     """Options of a plan, goal of one that leads to a pose, the lines left out in part or whole, and known ground.
 
-    The known ground of a template's plan is what its robot had seen besides the template's own outlines. With
-    ``remaining`` pieces these are what is to be covered of the template's areas.
+    A plan to a goal without a start in the options leaves another drive, at ``leaves``. The known ground of a
+    template's plan is what its robot had seen besides the template's own outlines. With ``remaining`` pieces these are
+    what is to be covered of the template's areas.
     """
 
     options: PlanOptions = PlanOptions()
@@ -25,8 +40,10 @@ class PlanCause(GrownSpec):
     left_out: tuple[str, ...] = ()
     ground: KnownGround = OPEN_GROUND
     remaining: tuple[GroundPiece, ...] = ()
+    search: WaySearch = WaySearch()
+    leaves: LeftDrive | None = None
 
-    later_fields = ("ground", "remaining")
+    later_fields = ("ground", "remaining", "search", "leaves")
 
     @classmethod
     def of(cls, options: PlanOptions, report: PlanReport) -> Self:

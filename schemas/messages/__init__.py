@@ -35,6 +35,7 @@ from touchline.schemas.messages.plan_messages import (
     PlanRequest,
     PlanResponse,
     PoseGoal,
+    WaySearch,
 )
 from touchline.schemas.messages.replay_messages import (
     ReplaySeekRequest,
@@ -321,5 +322,6 @@ __all__ = [
     "VelocityProfile",
     "VelocityType",
     "WayRound",
+    "WaySearch",
     "Whereabouts",
 ]

@@ -111,6 +111,20 @@ class LeavingTrajectory(Message):
     keep_s: float = 0.0
 
 
+class WaySearch(Message):
+    """Extent of the search for a way over known ground.
+
+    With ``no_reversing`` the vehicle does not drive backward. A ``quick`` search looks at roadmaps alone: it misses
+    some ways, and proves nothing. Where start or goal lie nearer to things than the margin, that is reduced to
+    ``spare_share`` of the distance (0: a half).
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/WaySearch"
+    no_reversing: bool = False
+    quick: bool = False
+    spare_share: float = 0.0
+
+
 class ActuatorExtremes(Message):
     """The most that a plan asks of an actuator: of its ``quantity``, in ``unit``, and of how fast that changes.
 
@@ -167,6 +181,7 @@ class PlanRequest(Message):
     With a ``goal`` there is no template: the vehicle drives there from the ``start`` of the options, or, with
     ``leaving``, from amid another drive, whose next stretch the plan begins with. On the way the body keeps the
     options' ``margin_m`` off what ``ground_json`` tells (``touchline.schemas.known_ground``; empty: nothing is known).
+    Where that is in the way, another one is looked for to the extent of ``search``.
 
     A tool that covers is planned for the pieces of the template's areas in ``remaining_json``
     (``touchline.schemas.ground_piece``; empty: all of every area).
@@ -181,6 +196,7 @@ class PlanRequest(Message):
     leaving: Annotated[tuple[LeavingTrajectory, ...], Field(max_length=1)] = ()
     ground_json: str = ""
     remaining_json: str = ""
+    search: WaySearch = WaySearch()
 
 
 class PlanResponse(Message):

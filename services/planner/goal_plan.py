@@ -8,12 +8,12 @@ from typing import Final
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
-from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PoseGoal
+from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PoseGoal, WaySearch
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.chosen_plugin import chosen
 from touchline.services.planner.driven_part import DrivenPart
-from touchline.services.planner.free_space.ground_ways import EVERYWHERE, WaySearch
+from touchline.services.planner.free_space.ground_ways import EVERYWHERE
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, joined
 from touchline.services.planner.given_pose import POSE_MAX, START, pose_of
 from touchline.services.planner.plan import Plan, finished
@@ -69,7 +69,7 @@ def plan_to_goal(
         PlanningError: The start, the goal or an option cannot be met.
     """
     traveller, method = Traveller.of(vehicle, options), _method(goal, _law(goal))
-    traveller = replace(traveller, can_reverse=traveller.can_reverse and search.backs)
+    traveller = replace(traveller, can_reverse=traveller.can_reverse and not search.no_reversing)
     if ground != OPEN_GROUND:
         method = GroundMethod(method, ground, vehicle.body.footprint_m, options.margin_m, search)
     if leaving is not None and len(options.start):

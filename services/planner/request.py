@@ -97,7 +97,7 @@ def _to_goal(request: PlanRequest, vehicle: Vehicle) -> tuple[Plan, str]:
         raise PlanningError("", "has a goal and remaining ground", "give one of them")
     ground = ground_of(request.ground_json) if request.ground_json else OPEN_GROUND
     leaving = next(iter(request.leaving), None)
-    planned = plan_to_goal(goal, vehicle, request.options, leaving, ground)
+    planned = plan_to_goal(goal, vehicle, request.options, leaving, ground, request.search)
     length_m, takes_s = planned.report.total_length_m, planned.report.total_time_s
     return planned, "; ".join((f"to the goal: {length_m:.2f} m, {takes_s:.2f} s", *planned.notes))
 

@@ -10,8 +10,10 @@ from typing import Any, Final
 import numpy as np
 
 from touchline.core.compilations import Step
-from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PlanRequest, PoseGoal
+from touchline.schemas.known_ground import KnownGround, KnownObstacle
+from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PlanRequest, PoseGoal, WaySearch
 from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.lidar_spec import LidarSpec
 from touchline.services.planner.coverage.kernels.lane_anneal import LaneCosts, annealed
 from touchline.services.planner.request import answer
 from touchline.services.planner.steering.word_lengths import word_lengths
@@ -37,6 +39,8 @@ def planner_steps(vehicle: Vehicle) -> Iterator[Step]:
         yield "lanes", _order_lanes
     yield "goals", partial(_plan_all, _goal_requests(), vehicle)
     yield "goals from amid a drive", partial(_leave, vehicle)
+    if any(isinstance(each, LidarSpec) for each in vehicle.sensors):
+        yield "goals round things", partial(_go_round, vehicle)
 
 
 def _plan_all(requests: list[PlanRequest], vehicle: Vehicle) -> None:
@@ -82,6 +86,16 @@ def _leave(vehicle: Vehicle) -> None:
     """Plan from amid the drive to a goal."""
     drive = answer(PlanRequest(goal=(_FAR,), options=PlanOptions(start=np.zeros(3))), vehicle).trajectory
     answer(PlanRequest(goal=(_FAR,), leaving=(LeavingTrajectory(trajectory=drive),)), vehicle)
+
+
+def _go_round(vehicle: Vehicle) -> None:
+    """Plan over known ground, as a robot that goes round what it sees asks: from rest, and from amid a drive."""
+    post = KnownObstacle(id="post", corners=((3.5, -0.5), (4.5, -0.5), (4.5, 3.0), (3.5, 3.0)))
+    ground = KnownGround(boundary=tuple(_square(-10.0, 20.0)), obstacles=(post,))
+    asked = PlanRequest(goal=(_FAR,), ground_json=ground.model_dump_json(), search=WaySearch(quick=True))
+    from_rest = {"options": PlanOptions(start=np.zeros(3))}
+    drive = answer(asked.model_copy(update=from_rest), vehicle).trajectory
+    answer(asked.model_copy(update={"leaving": (LeavingTrajectory(trajectory=drive, keep_s=0.5),)}), vehicle)
 
 
 def _lines(ends: dict[str, Any], **more: Any) -> str:

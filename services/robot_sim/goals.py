@@ -20,10 +20,12 @@ from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import CommandRefused, PayloadError, SpecError
 from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
 from touchline.schemas.path_start import PathStart, hindrance
-from touchline.schemas.plan_cause import PlanCause
+from touchline.schemas.plan_cause import LeftDrive, PlanCause
 from touchline.schemas.spec import parse
 from touchline.services.robot_sim.command_handlers import Commands, Load, Ready
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.goal_way.goal_service import GoalWayService
+from touchline.services.robot_sim.plan_answers import NO_PLANNER
 
 PATIENCE_S: Final = 10.0
 """Wall-clock time to wait until the robot knows its place, rests, or can be taken over."""
@@ -34,6 +36,7 @@ ARRIVING_S: Final = 0.5
 LAST_M: Final = 1e-6
 """Remaining distance below which the robot turns on the spot, or is about to rest."""
 _LOST: Final = "the robot does not find out where it stands; does sim time pass, has it a fix?"
+ANOTHER_GOAL: Final = "another goal has come"
 _STOPPED: Final = "the robot was told to stop meanwhile; send the goal again"
 
 GoalCall = ServedCall[m.GotoRequest, m.GotoResponse]
@@ -51,7 +54,7 @@ class AskedGoal:
         question: Call of the planner, if one is pending.
         under_way: True if the path begins on a path that is being driven.
         reason: Reason why it has not been answered.
-        cause_json: Request that the path is made from, if it begins at rest.
+        cause_json: Request that the path is made from.
     """
 
     call: GoalCall
@@ -73,6 +76,7 @@ class Goals:
         commands: Handlers that take a trajectory.
         prepare: Prepares a load in a thread of its own.
         pace: Sim time per wall time.
+        ways: Ways round what is seen on the way to a goal.
     """
 
     def __init__(
@@ -82,9 +86,10 @@ class Goals:
         commands: Commands,
         prepare: Callable[[ServedCall[Any, Any], Load], None],
         pace: Callable[[], float],
+        ways: GoalWayService,
     ) -> None:
         self._bus, self._emulator, self._commands = bus, emulator, commands
-        self._prepare, self._pace = prepare, pace
+        self._prepare, self._pace, self._ways = prepare, pace, ways
         self._server = bus.serve(topics.GOTO)
         self._asked: AskedGoal | None = None
         self._stops = 0
@@ -94,6 +99,11 @@ class Goals:
     def waking(self) -> bool:
         """True if sim time has to pass for the robot to find its place."""
         return self._asked is not None and not self._emulator.active and not self._emulator.onboard.aligned
+
+    @property
+    def pending(self) -> bool:
+        """True while a goal has not been answered yet."""
+        return self._asked is not None
 
     def cancel(self) -> None:
         """Drop a goal because the robot was ordered to stop: no earlier goal sets it in motion."""
@@ -128,18 +138,22 @@ class Goals:
             CommandRefused: Waiting for that is over or pointless.
         """
         emulator, request = self._emulator, asked.call.request
-        start = self._path_start()
-        if problem := hindrance(start.state):
-            raise CommandRefused(f"cannot go to a goal while {problem}")
         if len(request.options.start):
             raise CommandRefused("the goal has options.start, but the robot begins where it is: leave it empty")
+        start = self._path_start()
+        if start.state == m.TraversalStatus.PAUSED and self._ways.give_way(ANOTHER_GOAL):
+            start = self._path_start()
+        if problem := hindrance(start.state):
+            raise CommandRefused(f"cannot go to a goal while {problem}")
         asked.under_way = start.under_way
         if asked.under_way or (emulator.onboard.aligned and not emulator.active):
             ground_json = request.ground_json
             plan = start.request(request.goal, request.options, self._vehicle_json, uuid.uuid4().hex, ground_json)
-            if not asked.under_way:
-                ground = parse(KnownGround, ground_json, "ground_json") if ground_json else OPEN_GROUND
-                asked.cause_json = PlanCause(options=plan.options, goal=request.goal, ground=ground).model_dump_json()
+            ground = parse(KnownGround, ground_json, "ground_json") if ground_json else OPEN_GROUND
+            left = next(iter(plan.leaving), None)
+            leaves = None if left is None else LeftDrive.of(left)
+            cause = PlanCause(options=plan.options, goal=request.goal, ground=ground, leaves=leaves)
+            asked.cause_json = cause.model_dump_json()
             asked.question = self._bus.ask(topics.PLAN_SERVICE, encode(plan), PLAN_TIMEOUT_S)
             return
         asked.reason = asked.reason or _LOST
@@ -165,7 +179,7 @@ class Goals:
         if answer.refusal is not None:
             raise CommandRefused(f"no way is planned: {answer.refusal}")
         if answer.payload is None:
-            asked.reason = "no planner answers; is it running?"
+            asked.reason = NO_PLANNER
             self._wait(asked, now_s)
             return
         planned = decode(m.PlanResponse, answer.payload)
@@ -212,6 +226,7 @@ class Goals:
             return None
         self._commands.report(m.Event.INFO, "goal", message)
         self._commands.report_changes()
+        self._ways.begin(asked.call.request, ready.trajectory)
         return m.GotoResponse(success=True, message=message, total_time=total_time_s)
 
     def _wait(self, asked: AskedGoal, now_s: float) -> None:

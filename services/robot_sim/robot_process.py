@@ -17,9 +17,10 @@ from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.setup import Setup
-from touchline.services.robot_sim.command_handlers import Commands, Guiding, Handler
+from touchline.services.robot_sim.command_handlers import Commands, Guiding, Handler, Ready
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.goal_way.goal_service import GoalWayService
 from touchline.services.robot_sim.goals import Goals
 from touchline.services.robot_sim.guards import WATCHDOG_S, LatchGuard, LinkWatch, Watchdog
 from touchline.services.robot_sim.guided_link import GuidedLink
@@ -169,11 +170,14 @@ class RobotProcess:
         handlers[topics.ESTOP] = latch.stop(handlers[topics.ESTOP])
         handlers[topics.RESET] = latch.reset(handlers[topics.RESET])
         self._loader = Loader()
-        self._goals = Goals(bus, self._emulator, self._commands, self._loader.prepare, self._pace)
+        self._goal_way = GoalWayService(
+            bus, self._emulator, self._commands, lambda: self._hurries, self._awaits_load, self._publish_so_far
+        )
+        self._goals = Goals(bus, self._emulator, self._commands, self._loader.prepare, self._pace, self._goal_way)
         self._way_round = WayRoundService(
             bus, self._emulator, self._commands, lambda: self._link.attended, self._publish_so_far
         )
-        self._commands.taken = self._way_round.begin
+        self._commands.taken = self._note_taken
         for service in [service for service in handlers if service.urgent]:
             handlers[service] = self._cancelling(handlers[service], for_good=service != topics.PAUSE)
         served = [(bus.serve(service), handler) for service, handler in handlers.items()]
@@ -275,8 +279,16 @@ class RobotProcess:
 
     @property
     def _held_for_plan(self) -> bool:
-        """True if sim time stands still for a plan round what is in the way, which takes wall-clock time."""
-        return self._hurries and self._way_round.plans
+        """True if sim time stands still for a plan round things, which takes wall-clock time."""
+        return self._hurries and (self._way_round.plans or self._goal_way.plans)
+
+    def _awaits_load(self) -> bool:
+        """Return whether somebody has given the robot a goal or a plan that it has not taken yet."""
+        return self._goals.pending or not self._loader.idle
+
+    def _note_taken(self, ready: Ready) -> None:
+        self._goal_way.taken()
+        self._way_round.begin(ready)
 
     @property
     def _held_back(self) -> bool:
@@ -305,6 +317,7 @@ class RobotProcess:
                 self._publish_held()
                 self._publish(news)
             self._way_round.look()
+            self._goal_way.look()
             ticks -= done
             now = time.monotonic()
             self._answer_all_stops(now)
@@ -336,6 +349,7 @@ class RobotProcess:
                 self._begin_load(call, server)
         self._goals.turn()
         self._way_round.turn()
+        self._goal_way.turn()
         for news in self._guided.turn(time.monotonic()):
             self._commands.report(*news)
         self._publish(self._commands.take())
@@ -382,7 +396,7 @@ class RobotProcess:
         def handle(request: Any) -> Message:
             response = handler(request)
             self._goals.cancel()
-            if self._way_round.stop(for_good=for_good):
+            if self._way_round.stop(for_good=for_good) or self._goal_way.stop(for_good=for_good):
                 return m.CommandResponse(success=True, message="the robot stands, and its job ends here")
             return response
 

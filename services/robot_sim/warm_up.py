@@ -12,10 +12,14 @@ from touchline import onboard
 from touchline.core.compilations import Step, run_steps
 from touchline.onboard.interface import standstill
 from touchline.onboard.perception.perception import lidars_of
+from touchline.onboard.perception.scan import Beams
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
+from touchline.schemas.known_ground import OPEN_GROUND
 from touchline.schemas.setup import Setup
 from touchline.services.robot_sim.accounting.area_raster import AreaRaster
+from touchline.services.robot_sim.goal_way.seen_ground import SeenGround
+from touchline.services.robot_sim.goal_way.way_ahead import WayAhead
 from touchline.services.robot_sim.guided_warm_up import warm_up_guided
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.projection import POINT_COLUMNS
@@ -48,7 +52,7 @@ def warm_up(
         ("rehearsal", partial(rehearse, setup)),
     ]
     if lidars_of(setup.vehicle):
-        steps.append(("ways round", _ways_round))
+        steps.append(("ways round", partial(_ways_round, setup)))
     if in_team:
         steps.append(("guided driving", partial(_guided, setup)))
     run_steps(steps, report)
@@ -84,8 +88,14 @@ def _paint(setup: Setup) -> None:
         AreaRaster([shapely.box(0.0, 0.0, 1.0, 1.0)], tool.width_m).take(np.zeros((1, POINT_COLUMNS)))
 
 
-def _ways_round() -> None:
+def _ways_round(setup: Setup) -> None:
     station_m(Curve.from_line((0.0, 0.0), (1.0, 0.0)), 0.5, 0.0)
+    seen, at = SeenGround(OPEN_GROUND), WayAhead.at((0.0, 0.0, 0.0))
+    for spec in lidars_of(setup.vehicle):
+        beams = Beams.of(spec)
+        beams.range_m[:], beams.rays[:] = np.inf, (0.0, 0.0, 1.0, 0.0)
+        seen.enter(beams, min(spec.dark_m, spec.max_m), 1)
+    at.clearance_m(np.array(setup.vehicle.body.footprint_m), np.ones((1, 2)), 1.0)
 
 
 def _guided(setup: Setup) -> None:

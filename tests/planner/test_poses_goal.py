@@ -8,7 +8,7 @@ import pytest
 from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PlanningError
-from touchline.schemas.messages import PlanOptions, PlanRequest, PoseGoal
+from touchline.schemas.messages import LinearDirection, PlanOptions, PlanRequest, PoseGoal, WaySearch
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.schemas.vehicles.shipped import SHIPPED
 from touchline.services.planner.goal_plan import plan_to_goal
@@ -182,6 +182,18 @@ def test_the_uniform_law_says_how_late_the_start_is():
 def test_what_cannot_be_is_refused_with_field_and_remedy(goal, options, says):
     with pytest.raises(PlanningError, match=says):
         to_goal(WAFFLE, options, **goal)
+
+
+def test_the_extent_of_the_search_goes_along_with_a_request():
+    behind = PlanRequest(goal=(PoseGoal(x_m=-1.0, y_m=0.1),), options=PlanOptions(start=[0.0, 0.0, 0.0]))
+    forward = behind.model_copy(update={"search": WaySearch(no_reversing=True)})
+    assert decode(PlanRequest, encode(forward)) == forward
+    planned = [answer(each, WAFFLE) for each in (behind, forward)]
+    backward = [
+        any(segment.direction.value == LinearDirection.BACKWARD for segment in each.trajectory.path.segments)
+        for each in planned
+    ]
+    assert backward == [True, False]
 
 
 def test_a_request_with_a_goal_is_answered_over_the_wire():

@@ -1,12 +1,12 @@
 """Goals behind things that the plan does not know: ways are planned anew from what the lidar sees."""
 
 import math
-from itertools import pairwise
 from typing import Any
 
 import pytest
 
 from tests.way_round.met import LIDAR
+from tests.way_round.walls import wall
 from touchline.jobs.goal.goal_simulation import GoalDrive, drive_to_goal
 from touchline.jobs.single.simulation import Products
 from touchline.schemas.catalogue import load_vehicle
@@ -26,18 +26,6 @@ def going(*objects: dict[str, Any], hashed: bool = False, **vehicle: Any) -> Goa
         {"seed": 5, "start": {"x_m": 0.0, "y_m": 0.0, "heading_rad": 0.0}, "objects": objects}
     )
     return drive_to_goal(Setup(vehicle=robot, scenario=scenario), GOAL, PlanOptions(), Products(hashed=hashed))
-
-
-def wall(*points: tuple[float, float]) -> list[dict[str, Any]]:
-    """Walls of 10 cm from point to point."""
-    walls = []
-    for (ax, ay), (bx, by) in pairwise(points):
-        length, heading = math.hypot(bx - ax, by - ay), math.atan2(by - ay, bx - ax)
-        x, y = 0.5 * length, 0.05
-        outline = [[-x, -y], [x, -y], [x, y], [-x, y]]
-        middle = {"x_m": 0.5 * (ax + bx), "y_m": 0.5 * (ay + by), "heading_rad": heading}
-        walls.append({"kind": "wall", **middle, "outline": outline})
-    return walls
 
 
 def hits(done: GoalDrive) -> int:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property, lru_cache
-from typing import Final, NamedTuple
+from typing import Final
 
 import shapely
 
 from touchline.core.robust_overlay import as_area
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.known_ground import KnownGround
+from touchline.schemas.messages import WaySearch
 from touchline.services.planner.free_space.convex_parts import Corner, body_parts
 from touchline.services.planner.free_space.legs import Legs, WalledBody
 from touchline.services.planner.free_space.narrowest import narrowest_place
@@ -27,7 +28,7 @@ MANOEUVRES_MAX: Final = 400
 """A way with more straights than this is not driven,"""
 SEARCHED_MAX: Final = 2000
 """and one with more before it is shortened is not looked at."""
-# Share of the distance of the body from a wall that becomes its margin, if the margin asked for is more.
+# Share of the distance of the body from a wall that becomes its margin by default, if the margin asked for is more.
 SPARE_SHARE: Final = 0.5
 # Factor by which a roadmap is finer that is looked at where the usual one has no way, or a detour:
 FINER: Final = 2
@@ -37,20 +38,6 @@ DETOUR: Final = 1.25
 ROOM_M: Final = 0.25
 # Grounds whose maps are kept.
 GROUNDS_KEPT: Final = 8
-
-
-class WaySearch(NamedTuple):
-    """Extent of a search for a way.
-
-    Attributes:
-        backs: True if the body may drive backward, if its vehicle can.
-        thorough: True to look everywhere, and to prove that there is no way; False to look at roadmaps only.
-        spare_share: Share of the distance of start or goal from things that the margin is reduced to, if it is more.
-    """
-
-    backs: bool = True
-    thorough: bool = True
-    spare_share: float = SPARE_SHARE
 
 
 EVERYWHERE: Final = WaySearch()
@@ -79,8 +66,8 @@ class GroundWays:
             ground: The ground.
             outline: (n, 2) corners of the body, in its own frame (m).
             margin_m: Margin round the body.
-            backs: As of `WaySearch`.
-            thorough: As of `WaySearch`.
+            backs: True if the body may drive backward, if its vehicle can.
+            thorough: True to look everywhere, and to prove that there is no way; False to look at roadmaps only.
         """
         self._thorough = thorough
         self.margin_m = margin_m
@@ -194,11 +181,12 @@ def ways_over(
     Raises:
         PlanningError: The body touches something at an end.
     """
+    share = search.spare_share or SPARE_SHARE
     around = () if known.boundary else tuple((pose.x_m, pose.y_m) for pose in ends)
     for pose, name in zip(ends, ("start", "goal"), strict=True):
         if not math.isnan(pose.heading_rad):
-            margin_m = min(margin_m, search.spare_share * _spare_m(known, around, tuple(outline), pose, name))
-    return _ways(known, around, tuple(outline), margin_m, search)
+            margin_m = min(margin_m, share * _spare_m(known, around, tuple(outline), pose, name))
+    return _ways(known, around, tuple(outline), margin_m, not search.no_reversing, not search.quick)
 
 
 @lru_cache(GROUNDS_KEPT)
@@ -210,10 +198,14 @@ def _obstructed(known: KnownGround, around: tuple[Corner, ...]) -> ObstructedGro
 
 @lru_cache(GROUNDS_KEPT)
 def _ways(
-    known: KnownGround, around: tuple[Corner, ...], outline: tuple[Corner, ...], margin_m: float, search: WaySearch
+    known: KnownGround,
+    around: tuple[Corner, ...],
+    outline: tuple[Corner, ...],
+    margin_m: float,
+    backs: bool,
+    thorough: bool,
 ) -> GroundWays:
-    ground = _obstructed(known, around)
-    return GroundWays(ground, outline, margin_m, backs=search.backs, thorough=search.thorough)
+    return GroundWays(_obstructed(known, around), outline, margin_m, backs=backs, thorough=thorough)
 
 
 def _spare_m(

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.known_ground import KnownGround
+from touchline.schemas.messages import WaySearch
 from touchline.services.planner.free_space.convex_parts import Corner
-from touchline.services.planner.free_space.ground_ways import EVERYWHERE, GroundWays, WaySearch, ways_over
+from touchline.services.planner.free_space.ground_ways import EVERYWHERE, GroundWays, ways_over
 from touchline.services.planner.free_space.rounded_legs import path_is_free, rounded
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.poses.curve_search import curve_way
@@ -74,7 +75,7 @@ class GroundMethod:
         return [PosePath(path, note) for path in joining_paths(start, way, traveller, ways.body)]
 
     def _ways(self, start: PathPose, goal: PathPose, traveller: Traveller) -> GroundWays:
-        search = self._search._replace(backs=traveller.can_reverse)
+        search = self._search.model_copy(update={"no_reversing": not traveller.can_reverse})
         return ways_over(self._ground, self._outline, self._margin_m, (start, goal), search)
 
 

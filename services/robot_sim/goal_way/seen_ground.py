@@ -137,9 +137,13 @@ class SeenGround:
 
     Args:
         known: Ground that the plan knows: returns beside its outlines are no news.
+
+    Attributes:
+        known: The same.
     """
 
     def __init__(self, known: KnownGround) -> None:
+        self.known = known
         self._cells, self._scans = _Cells.unknown(), 0
         outlines = [shapely.Polygon(each.corners, each.holes) for each in known.obstacles]
         rings = [] if known.boundary is None else [shapely.LinearRing(known.boundary)]
@@ -196,23 +200,24 @@ class SeenGround:
         found: Integers = self._cells.evidence[i, j]
         return found
 
-    def outlines(self, clear: shapely.Geometry) -> tuple[KnownObstacle, ...]:
-        """Return outlines of all things, in which gaps that no body fits into are closed.
 
-        Args:
-            clear: Ground without things in any case.
-        """
-        things = self.things_m
-        if not len(things):
-            return ()
-        grown = shapely.union_all(shapely.buffer(shapely.points(things), _CLOSED_M, quad_segs=3))
-        shape = as_area(buffer(as_area(grown), -_CLOSED_M + _POINT_M, quad_segs=1)).simplify(_SIMPLIFIED_M)
-        shape = as_area(shapely.difference(shape, clear))
-        parts = [part for part in shapely.get_parts(shape) if part.area > 0.0]
-        return tuple(
-            KnownObstacle(id=f"seen {number}", corners=_ring(part.exterior), holes=tuple(map(_ring, part.interiors)))
-            for number, part in enumerate(parts, 1)
-        )
+def outlines_of(things_m: Floats, clear: shapely.Geometry) -> tuple[KnownObstacle, ...]:
+    """Return outlines of things, in which gaps that no body fits into are closed.
+
+    Args:
+        things_m: (n, 2) places of returns, map frame.
+        clear: Ground without things in any case.
+    """
+    if not len(things_m):
+        return ()
+    grown = shapely.union_all(shapely.buffer(shapely.points(things_m), _CLOSED_M, quad_segs=3))
+    shape = as_area(buffer(as_area(grown), -_CLOSED_M + _POINT_M, quad_segs=1)).simplify(_SIMPLIFIED_M)
+    shape = as_area(shapely.difference(shape, clear))
+    parts = [part for part in shapely.get_parts(shape) if part.area > 0.0]
+    return tuple(
+        KnownObstacle(id=f"seen {number}", corners=_ring(part.exterior), holes=tuple(map(_ring, part.interiors)))
+        for number, part in enumerate(parts, 1)
+    )
 
 
 def cell_middles(area: shapely.geometry.base.BaseGeometry) -> Floats:

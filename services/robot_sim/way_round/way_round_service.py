@@ -14,11 +14,12 @@ from touchline.bus import Bus
 from touchline.bus.calls import Question
 from touchline.schemas import messages as m
 from touchline.schemas import topics
-from touchline.schemas.cdr import decode, encode
+from touchline.schemas.cdr import encode
 from touchline.schemas.errors import CommandRefused, PayloadError, SpecError
 from touchline.schemas.plan_cause import PlanCause
 from touchline.services.robot_sim.command_handlers import Commands, Ready
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
+from touchline.services.robot_sim.plan_answers import plan_response
 from touchline.services.robot_sim.way_round.remains import Rest
 from touchline.services.robot_sim.way_round.rest_request import RestRequest
 from touchline.services.robot_sim.way_round.waiting import WaitingOrder
@@ -27,7 +28,6 @@ from touchline.services.robot_sim.way_round.way_round_job import RestDraft, WayR
 LOOK_TICKS: Final = 10
 """Ticks between two looks at what is in the way."""
 PLAN_TIMEOUT_S: Final = 60.0
-_NO_PLANNER: Final = "no planner answers; is it running?"
 
 
 class WayRoundService:
@@ -179,14 +179,9 @@ class WayRoundService:
             return
         self._question, request = None, self._request
         assert request is not None, "it was asked for"
-        planned = m.PlanResponse(message=answer.refusal or _NO_PLANNER)
-        if answer.payload is not None:
-            try:
-                planned = decode(m.PlanResponse, answer.payload)
-            except PayloadError as error:
-                planned = m.PlanResponse(message=str(error))
-        if not planned.success:
-            self._fail(job, planned.message)
+        planned = plan_response(answer)
+        if isinstance(planned, str) or not planned.success:
+            self._fail(job, planned if isinstance(planned, str) else planned.message)
             return
         self._left_out = planned.report.left_out
         load = m.LoadRequest(

@@ -236,7 +236,7 @@ def _new_diff(
 def _plan_again(one: SessionCheck, session: RecordedSession) -> None:
     """Compare the present plans with those that were driven."""
     for job in session.jobs:
-        if job.cause is not None:
+        if job.is_plannable:
             one.planned += 1
             one.plan = one.plan or _of_plan(job, session)
     if len(session.jobs) > one.planned:

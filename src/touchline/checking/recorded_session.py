@@ -17,7 +17,7 @@ from touchline.recordings.recorder import is_stamped
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import PayloadError, SpecError, TouchlineError
-from touchline.schemas.messages import ActuatorCommand, Header, RobotOrder, String, Trajectory
+from touchline.schemas.messages import ActuatorCommand, Header, LeavingTrajectory, RobotOrder, String, Trajectory
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
@@ -48,11 +48,20 @@ class GivenJob(NamedTuple):
         trajectory: The plan.
         template: Template against which its paint is evaluated, if there is one.
         cause: Inputs of the plan; None if they are not recorded.
+        leaving: The drive that the plan leaves, if it does.
     """
 
     trajectory: Trajectory
     template: Template | None
     cause: PlanCause | None
+    leaving: LeavingTrajectory | None = None
+
+    @property
+    def is_plannable(self) -> bool:
+        """True if all inputs of the plan are recorded."""
+        if self.cause is None or self.cause.goal is None:
+            return self.cause is not None and self.template is not None
+        return self.leaving is not None or len(self.cause.options.start) > 0
 
 
 class TimedOrder(NamedTuple):
@@ -211,6 +220,13 @@ def _lacks_orders(first: _StatePlace, orders: Sequence[TimedOrder]) -> bool:
     return first.begins(orders) and first.state.orders != first.orders
 
 
+def _leaving(cause: PlanCause | None, before: Trajectory | None) -> LeavingTrajectory | None:
+    """Return the drive that a plan leaves, of the trajectory before; None if it leaves none."""
+    if cause is None or cause.leaves is None or before is None:
+        return None
+    return LeavingTrajectory(trajectory=before, **cause.leaves.model_dump())
+
+
 class _Finder:
     """Collector of a session's inputs from messages."""
 
@@ -274,7 +290,9 @@ class _Finder:
                 restored_from(details)
         except (ValueError, KeyError, TypeError, OverflowError) as error:
             raise NotRebuilt(f"an order to load a job cannot be read: {error}") from error
-        return [GivenJob(*each) for each in zip(self._plans, self._templates, made, strict=False)]
+        left = [None, *self._plans]
+        given = zip(self._plans, self._templates, made, left, strict=False)
+        return [GivenJob(plan, template, cause, _leaving(cause, before)) for plan, template, cause, before in given]
 
     def initial(self, since: int, actuators: int) -> InitialState | None:
         """State by its number from 1, None for 0, of a robot whose drive has so many actuators.

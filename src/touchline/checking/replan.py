@@ -21,12 +21,12 @@ def planned_again(job: GivenJob, vehicle: Vehicle) -> Trajectory | None:
     Raises:
         PlanningError: It can no longer be planned.
     """
-    if job.cause is None:
+    if job.cause is None or not job.is_plannable:
         return None
     if job.cause.goal is not None:
-        return plan_to_goal(job.cause.goal, vehicle, job.cause.options, ground=job.cause.ground).trajectory
-    if job.template is None:
-        return None
+        options, ground, search = job.cause.options, job.cause.ground, job.cause.search
+        return plan_to_goal(job.cause.goal, vehicle, options, job.leaving, ground, search).trajectory
+    assert job.template is not None, "it is plannable"
     seen = tuple(Polygon(id=each.id, corners=each.corners) for each in job.cause.ground.obstacles)
     template = job.template.model_copy(update={"obstacles": (*job.template.obstacles, *seen)})
     company = Company.of_rest(template, job.cause.remaining)

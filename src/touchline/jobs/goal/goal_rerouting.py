@@ -1,396 +1,74 @@
-"""Ways of a robot to its goal that are planned anew, while it drives, round what its lidars see."""
+"""Drives of an emulated robot to its goal, in one process: each way is planned as soon as it is asked for."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from typing import Final, NamedTuple
-
-import numpy as np
-import shapely
 
 from touchline.jobs.single.simulation import GivenDrive
-from touchline.onboard.interface import TICKS_PER_S
 from touchline.schemas.errors import PlanningError
-from touchline.schemas.known_ground import KnownGround, Ring
-from touchline.schemas.messages import (
-    LeavingTrajectory,
-    PauseStatus,
-    PlanOptions,
-    PoseGoal,
-    Trajectory,
-    TraversalStatus,
-)
-from touchline.schemas.plan_cause import PlanCause
-from touchline.services.planner.free_space.ground_ways import WaySearch
+from touchline.schemas.known_ground import KnownGround
+from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.services.planner.goal_plan import plan_to_goal
-from touchline.services.planner.plan import Plan
-from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
-from touchline.services.robot_sim.goal_way.seen_ground import CELL_M, FADED_S, SeenGround, cell_middles
-from touchline.services.robot_sim.goal_way.way_ahead import WayAhead
-from touchline.services.robot_sim.grown_outlines import body_at
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.goal_way.goal_pursuit import GoalPursuit
+from touchline.services.robot_sim.goal_way.seen_ground import SeenGround
+from touchline.services.robot_sim.goal_way.way_request import ChosenWay, PlannedWay, Planning, Result, WayRequest
 from touchline.services.robot_sim.loaded_job import Taking
-from touchline.services.robot_sim.way_round.rest_request import passing_m
-
-KEEP_S: Final = 0.4
-"""Sim time for which the present way is kept while the next one is planned."""
-AGAIN_S: Final = 0.5
-"""Least time from one plan to the next."""
-SET_OFF_M: Final = 0.02
-STANDS_MPS: Final = 0.01
-STANDS_RADPS: Final = 0.02
-"""Speed and yaw rate below which it stands."""
-STANDING_S: Final = 0.3
-"""Time for which something has to be in the way of a standing robot before it looks for another way."""
-COMES_AND_GOES_S: Final = 2.0
-"""The same, if what is in the way comes and goes, as the noise of a thing at the least distance does;"""
-WAITING_S: Final = 5.0
-"""and if it moves."""
-PATIENCE_S: Final = 15.0
-"""Time without progress after which the robot gives up."""
-PROGRESS_M: Final = 0.3
-QUICKER: Final = 0.85
-"""Share of the time of a way with more margin that one with less may take."""
-STOPS_MAX: Final = 40
-"""Number of ways begun from rest after which it gives up."""
-FORGETS: Final = 2
-"""Number of times that it forgets what it has not seen again."""
-WIDER_M: Final = (0.15, 0.05, 0.02)
-"""Distances beyond what protection needs that ways keep from things: what there is room for, the last at least."""
-ERROR_M: Final = 0.12
-"""Largest error of hits that is planned for: a robot that has just set off may not know its heading well yet."""
-NOISE_M: Final = 0.03
-"""Distance by which a way may come nearer to what is seen than planned: noise of returns, and size of cells."""
-STANDS_ON_M: Final = 0.01
-NEARER_M: Final = 0.01
-"""Distance by which a robot that stands near to something may come nearer."""
-NEAR_M: Final = 0.15
-"""Distance from where it stands, beyond the body's length, within which it may be as near as that: all of the body has
-to go by what is beside its front."""
-DETOUR: Final = 1.3
-"""Factor of the least time from which a way with less margin is looked for, too."""
-OFF_WAY_M: Final = 0.03
-"""Allowance for the robot's distance from its way, and for the spacing of the poses that protection looks at."""
-BACK_M: Final = (0.3, 0.8)
-"""Distances by which a robot backs off that stands too near to something to drive another way."""
-SQUARE_M: Final = 5.0
-"""Room round all that is known, and grid of its edges: ways begun in one place and the next have the same ground."""
-FORWARD: Final = WaySearch(backs=False, thorough=False, spare_share=0.9)
-BOTH_WAYS: Final = FORWARD._replace(backs=True)
-AT_LAST: Final = BOTH_WAYS._replace(thorough=True)
-GO_ROUND: Final = "the robot goes round something"
-
-
-class _Leave(NamedTuple):
-    """Begin of a way to plan.
-
-    Attributes:
-        options: Planning options.
-        begins: Part of the present way that is driven in any case, or where the robot stands.
-        running: The present drive, if the robot moves.
-    """
-
-    options: PlanOptions
-    begins: WayAhead
-    running: LeavingTrajectory | None = None
 
 
 class GoalRerouting:
-    """Way of an emulated robot to a goal, as `Rerouting` asks for it.
+    """Drives of a robot to one goal, as `Rerouting` asks for them.
 
     Args:
         emulator: The robot, with a lidar.
         goal: The goal.
         options: Planning options without a start.
         ground: Ground that is known.
-
-    Attributes:
-        driven_s: Time for which the robot had been under way before the present drive.
     """
 
     def __init__(self, emulator: Emulator, goal: PoseGoal, options: PlanOptions, ground: KnownGround) -> None:
-        self._emulator, self._goal, self._options, self._ground = emulator, goal, options, ground
-        self._vehicle = emulator.vehicle
-        self._body = np.array(self._vehicle.body.footprint_m)
-        self._seen = SeenGround(ground)
-        self._passing_m = passing_m(self._vehicle, emulator.onboard.protection.braking_mps2)
-        self._clear_m = 0.0
-        self._way = WayAhead.at(self._pose)
-        self._scan_tick = -1
-        self._retry_tick = 0
-        self._progress = 0, math.inf, math.inf
-        self._stops, self._forgets_left = 0, FORGETS
-        self._began_s: float | None = None
-        self.driven_s = 0.0
-        self._next: GivenDrive | None = None
-        self._then: GivenDrive | None = None
-        self._present = Trajectory()
-        self._problem = ""
+        self._vehicle, self._job = emulator.vehicle, GoalPursuit(emulator, goal, options, SeenGround(ground))
+
+    @property
+    def driven_s(self) -> float:
+        """Time for which the robot had been under way before the present drive."""
+        return self._job.driven_s
 
     def begins(self, drive: GivenDrive, told: Callable[[], None]) -> None:
         """See `Rerouting`."""
-        now_s = self._emulator.time_s - self._emulator.onboard.status.elapsed_s
-        if self._began_s is None:
-            self._began_s = now_s
-        self.driven_s = now_s - self._began_s
-        self._present = drive.trajectory
-        self._way = WayAhead.of(drive.trajectory)
-        self._clear_m = self._way.clearance_m(self._body, self._seen.things_m, self._levels_m[0])
-
-    @property
-    def _kept_m(self) -> float:
-        """Distance from things at which the present way is left for another."""
-        return max(min(self._needed_m, self._clear_m - NOISE_M), 0.0)
+        self._job.begins(drive.trajectory)
 
     def gives_up(self) -> str:
-        """See `Rerouting`; a robot that stands before something drives another way from there, if there is one."""
-        self._look()
-        tick = self._emulator.tick_count
-        waited_s = (tick - self._progress_tick(tick)) / TICKS_PER_S
-        if tick < self._retry_tick or (self._then is not None and not self._is_blocked):
-            return ""
-        self._then = None
-        if not self._sets_off and not self._is_blocked:
-            return ""
-        self._retry_tick = tick + round(AGAIN_S * TICKS_PER_S)
-        if waited_s <= PATIENCE_S and self._stops < STOPS_MAX:
-            self._next = self._from_here() or (None if self._sets_off else self._backs_off())
-        elif (following := self._at_last()) is not None:
-            self._next = following
-        else:
-            return self._problem
-        if self._next is not None:
-            self._stops += 1
-            return GO_ROUND
-        self._retry_tick = tick + round(min(max(AGAIN_S, waited_s), WAITING_S) * TICKS_PER_S)
-        if waited_s > WAITING_S and self._forgets_left:
-            self._forgets_left -= 1
-            self._seen.forget(tick - round(FADED_S * TICKS_PER_S))
-        return ""
-
-    def _at_last(self) -> GivenDrive | None:
-        """Return a way by a thorough search, once; its refusal says whether a way exists, and where it is narrowest."""
-        if self._stops >= STOPS_MAX:
-            self._problem = f"the robot has begun {STOPS_MAX} ways from rest without reaching its goal"
-            return None
-        self._stops = STOPS_MAX
-        pose = self._pose
-        options = PlanOptions.model_validate({**dict(self._options), "start": pose})
-        found = self._with_margin(self._needed_m, _Leave(options, WayAhead.at(pose)), AT_LAST)
-        return None if found is None else self._drive(found, Taking.HERE)
-
-    @property
-    def _sets_off(self) -> bool:
-        """True if a robot that has yet to set off has seen that its way meets something."""
-        status = self._emulator.onboard.status
-        waits = status.state == TraversalStatus.RUNNING and status.arc_length_m < SET_OFF_M and self._stands
-        return waits and self._meets(self._way)
-
-    @property
-    def _is_blocked(self) -> bool:
-        """True if something has been in the way of the standing robot for a while."""
-        onboard, tick = self._emulator.onboard, self._emulator.tick_count
-        if onboard.state not in UNDER_WAY or not self._stands:
-            return False
-        pause = onboard.status.pause
-        waits_since = self._progress_tick(tick) if pause is not None and pause.cause == PauseStatus.IN_THE_WAY else tick
-        blocked_since = onboard.blocked.since_tick if onboard.blocked is not None else tick
-        moves = onboard.blocked is not None and onboard.blocked.moving
-        waiting_s = WAITING_S if moves else COMES_AND_GOES_S
-        return tick - blocked_since >= STANDING_S * TICKS_PER_S or tick - waits_since >= waiting_s * TICKS_PER_S
-
-    def _meets(self, way: WayAhead) -> bool:
-        """Return whether the robot would come too near to something on a way."""
-        return way.clearance_m(self._body, self._seen.things_m, self._kept_m) < self._kept_m
-
-    def _from_here(self) -> GivenDrive | None:
-        """Return another way from where the robot stands; None if there is none."""
-        return self._from_pose(self._pose)
-
-    def _from_pose(self, pose: tuple[float, float, float]) -> GivenDrive | None:
-        options = PlanOptions.model_validate({**dict(self._options), "start": pose})
-        planned = self._planned(_Leave(options, WayAhead.at(pose)))
-        return None if planned is None else self._drive(planned, Taking.HERE)
-
-    def _backs_off(self) -> GivenDrive | None:
-        """Return a way straight back over seen ground to where another way begins; None if there is none."""
-        x, y, heading = self._pose
-        now_m = WayAhead.at(self._pose).clearance_m(self._body, self._seen.things_m, self._needed_m)
-        for back_m in BACK_M:
-            pose = x - back_m * math.cos(heading), y - back_m * math.sin(heading), heading
-            options = PlanOptions.model_validate({**dict(self._options), "start": (x, y, heading)})
-            goal = PoseGoal(x_m=pose[0], y_m=pose[1], heading_rad=math.remainder(heading, math.tau))
-            plan = plan_to_goal(goal, self._vehicle, options)
-            way = WayAhead.of(plan.trajectory)
-            near_m = way.clearance_m(self._body, self._seen.things_m, self._needed_m)
-            if near_m < now_m - NEARER_M or not self._seen_free_behind(way):
-                return None
-            if WayAhead.at(pose).clearance_m(self._body, self._seen.things_m, self._needed_m) < self._needed_m:
-                continue
-            if (following := self._from_pose(pose)) is not None:
-                self._then = following
-                return GivenDrive(plan.trajectory, None, Taking.HERE, PlanCause(options=self._options, goal=goal))
-        return None
+        """See `Rerouting`."""
+        self._job.look()
+        return self._planned(self._job.stops())
 
     def replacement(self) -> GivenDrive | None:
-        """See `Rerouting`; another way if the present one meets what was seen."""
-        onboard, tick = self._emulator.onboard, self._emulator.tick_count
-        if onboard.state != TraversalStatus.RUNNING or tick < self._retry_tick or self._then is not None:
-            return None
-        status = onboard.status
-        ahead = self._way.from_station(status.arc_length_m)
-        if not self._meets(ahead):
-            return None
-        self._retry_tick = tick + round(AGAIN_S * TICKS_PER_S)
-        leaving = LeavingTrajectory(trajectory=self._present, arc_length_m=status.arc_length_m, keep_s=KEEP_S)
-        drive, speed_mps = self._vehicle.drive, abs(float(onboard.estimate[3]))
-        kept_m = (speed_mps + 0.5 * drive.max_acceleration_mps2 * KEEP_S) * KEEP_S
-        begins = ahead.where(ahead.station_m <= ahead.station_m[0] + kept_m)
-        planned = self._planned(_Leave(self._options, begins, leaving))
-        return None if planned is None else self._drive(planned, Taking.UNDER_WAY)
+        """See `Rerouting`."""
+        return _drive(self._planned(self._job.replaces()), Taking.UNDER_WAY)
 
     def next_drive(self) -> GivenDrive | None:
         """See `Rerouting`."""
-        following, self._next = self._next, None
-        if following is None:
-            following, self._then = self._then, None
-        return following
+        return _drive(self._job.next_way(), Taking.HERE)
 
-    def _look(self) -> None:
-        """Enter the last scan of each lidar."""
-        perception, tick = self._emulator.onboard.perception, self._emulator.tick_count
-        assert perception is not None  # a robot without a lidar is not rerouted
-        hits = perception.hits
-        if hits is None or hits.tick == self._scan_tick:
-            return
-        self._scan_tick = hits.tick
-        for spec, beams in perception.scans:
-            self._seen.enter(beams, min(spec.dark_m, spec.max_m), tick)
-        self._seen.stands_on(self._standing_body)
-
-    @property
-    def _standing_body(self) -> shapely.Polygon:
-        return body_at(self._pose, self._vehicle)
-
-    @property
-    def _pose(self) -> tuple[float, float, float]:
-        x, y, heading = self._emulator.onboard.estimate[:3]
-        return x, y, heading
-
-    @property
-    def _stands(self) -> bool:
-        speed_mps, yaw_rate_radps = self._emulator.onboard.estimate[3:5]
-        return abs(speed_mps) < STANDS_MPS and abs(yaw_rate_radps) < STANDS_RADPS
-
-    def _progress_tick(self, tick: int) -> int:
-        """Return the tick at which the robot was last found to have moved on."""
-        x, y, _ = self._pose
-        if math.hypot(x - self._progress[1], y - self._progress[2]) > PROGRESS_M:
-            self._progress = tick, x, y
-        return self._progress[0]
-
-    def _drive(self, planned: tuple[Plan, KnownGround], taking: Taking) -> GivenDrive:
-        plan, ground = planned
-        cause = PlanCause(options=self._options, goal=self._goal, ground=ground)
-        return GivenDrive(plan.trajectory, None, taking, cause)
-
-    def _planned(self, leave: _Leave) -> tuple[Plan, KnownGround] | None:
-        """Plan round what was seen, with as much margin as there is room for; None if there is no such way."""
-        best: tuple[Plan, KnownGround] | None = None
-        for margin_m in self._levels_m:
-            found = self._with_margin(margin_m, leave, FORWARD)
-            if found is None:
-                if margin_m == self._levels_m[0] and leave.running is None and not self._is_way(leave):
-                    return None
-                continue
-            if best is None or found[0].report.total_time_s < QUICKER * best[0].report.total_time_s:
-                best = found
-            if best[0].report.total_time_s < DETOUR * self._least_s:
-                break
-        if best is None and leave.running is None:
-            for margin_m in self._levels_m[1:]:
-                best = best or self._with_margin(margin_m, leave, BOTH_WAYS)
-        return best
-
-    def _is_way(self, leave: _Leave) -> bool:
-        """Return whether there is a way from rest with the least margin: else none is looked for with more."""
-        return self._made(self._levels_m[-1], leave, BOTH_WAYS) is not None
-
-    @property
-    def _least_s(self) -> float:
-        """Time to the goal straight ahead, with a second for setting off and another for stopping."""
-        x, y = self._emulator.onboard.estimate[:2]
-        apart_m = float(np.hypot(self._goal.x_m - x, self._goal.y_m - y))
-        return 2.0 + apart_m / self._vehicle.drive.transit_speed_mps
-
-    def _with_margin(self, margin_m: float, leave: _Leave, search: WaySearch) -> tuple[Plan, KnownGround] | None:
-        """Plan with a margin as `_made` does; None if there is no such way, or the robot cannot drive it."""
-        made = self._made(margin_m, leave, search)
-        if made is None:
-            return None
-        way = WayAhead.of(made[0].trajectory)
-        if not self._passes(way, leave.begins):
-            self._problem = "the robot stands too near to something to drive off"
-        elif search.backs and not self._seen_free_behind(way):
-            self._problem = "the only way leads backward over ground that the robot has not seen"
-        else:
-            return made
-        return None
-
-    def _made(self, margin_m: float, leave: _Leave, search: WaySearch) -> tuple[Plan, KnownGround] | None:
-        """Plan with a margin, less what is nearer to where the way begins; None if there is no such way."""
-        clear = leave.begins.swept(self._body, STANDS_ON_M if search.thorough else margin_m + STANDS_ON_M)
-        obstacles = (*self._ground.obstacles, *self._seen.outlines(clear))
-        boundary = self._ground.boundary or self._surroundings()
-        ground = KnownGround(boundary=boundary, obstacles=obstacles)
-        options = leave.options.model_copy(update={"margin_m": margin_m})
+    def _planned(self, planning: Planning[Result]) -> Result:
+        """Go through a choice of a way, and plan what it asks for."""
         try:
-            return plan_to_goal(self._goal, self._vehicle, options, leave.running, ground, search), ground
+            request = next(planning)
+            while True:
+                request = planning.send(self._answer(request))
+        except StopIteration as end:
+            chosen: Result = end.value
+            return chosen
+
+    def _answer(self, request: WayRequest) -> PlannedWay | str:
+        goal, options, leaving = request.goal, request.options, request.leaving
+        try:
+            plan = plan_to_goal(goal, self._vehicle, options, leaving, request.ground, request.search)
         except PlanningError as error:
-            self._problem = str(error)
-            return None
+            return str(error)
+        return PlannedWay(plan.trajectory, plan.report.total_time_s)
 
-    def _surroundings(self) -> Ring:
-        """Return a rectangle with room round the robot, the goal and all things."""
-        places = np.vstack((self._seen.things_m, self._pose[:2], (self._goal.x_m, self._goal.y_m)))
-        west, south = (SQUARE_M * math.floor(low / SQUARE_M) - SQUARE_M for low in places.min(axis=0).tolist())
-        east, north = (SQUARE_M * math.ceil(high / SQUARE_M) + SQUARE_M for high in places.max(axis=0).tolist())
-        return (west, south), (east, south), (east, north), (west, north)
 
-    def _passes(self, way: WayAhead, begins: WayAhead) -> bool:
-        """Return whether protection lets the robot drive a way: it comes no nearer to things than it may, or is."""
-        things_m, needed_m = self._seen.things_m, self._needed_m
-        now_m = begins.clearance_m(self._body, things_m, needed_m)
-        last = begins.poses[-1]
-        near = np.hypot(*(way.poses[:, :2] - last[:2]).T) < NEAR_M + float(np.ptp(self._body[:, 0]))
-        near |= way.station_m < begins.station_m[-1] - begins.station_m[0]
-        first, rest = way.where(near), way.where(~near)
-        return (
-            first.clearance_m(self._body, things_m, needed_m) >= min(needed_m, now_m) - NEARER_M
-            and rest.clearance_m(self._body, things_m, needed_m) >= needed_m
-        )
-
-    @property
-    def _levels_m(self) -> tuple[float, ...]:
-        """Margins to plan with, the widest first."""
-        needed_m = self._needed_m
-        wide_m = max(self._passing_m, needed_m + WIDER_M[0])
-        return (wide_m, *(needed_m + wider_m for wider_m in WIDER_M[1:]))
-
-    @property
-    def _needed_m(self) -> float:
-        """Distance from things at which protection lets the robot pass."""
-        perception = self._emulator.onboard.perception
-        hits = perception.hits if perception is not None else None
-        error_m = min(hits.error_m, ERROR_M) if hits is not None else 0.0
-        return self._vehicle.protection.margin_m + error_m + OFF_WAY_M
-
-    def _seen_free_behind(self, way: WayAhead) -> bool:
-        """Return whether a robot that drives this way goes backward only over ground that it has seen as free."""
-        backward = way.poses[way.backward]
-        if not len(backward):
-            return True
-        own = self._standing_body.buffer(2.0 * CELL_M)
-        swept = shapely.union_all([body_at((x, y, turn), self._vehicle) for x, y, turn in backward.tolist()])
-        points = cell_middles(shapely.difference(swept, own))
-        return not len(points) or bool(self._seen.free(points).all())
+def _drive(way: ChosenWay | None, taking: Taking) -> GivenDrive | None:
+    return None if way is None else GivenDrive(way.trajectory, None, taking, way.cause)
