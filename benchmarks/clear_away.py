@@ -80,7 +80,7 @@ def _run(kind: str, job: Job, seed: int) -> Away:
     emulator = Emulator(job.vehicle, Scenario.model_validate({"seed": seed, "objects": [person]}))
     drives = WayRoundDrives(emulator, job)
     outcome = simulate_way_round(job, emulator, Products(strokes=True), drives=drives)
-    figures, gaps = outcome.figures(job), gap_figures(drives.way_round.left_out)
+    figures, gaps = outcome.figures(job), gap_figures(drives.way_round.left_out.stretches)
     if figures["reason"]:
         raise SystemExit(f"{kind}, seed {seed}: {figures['reason']}")
     contacts = figures.get("contacts", {"while_moving": 0, "at_rest": 0})

@@ -96,7 +96,7 @@ def _paints(world: str, whole: Template, seed: int) -> bool:
     )
     drives = WayRoundDrives(emulator, job)
     outcome = simulate_way_round(job, emulator, Products(strokes=True), drives=drives)
-    figures, gaps = outcome.figures(job), gap_figures(drives.way_round.left_out)
+    figures, gaps = outcome.figures(job), gap_figures(drives.way_round.left_out.stretches)
     braking_mps2 = emulator.onboard.protection.braking_mps2
     kept_m = standing_clearance_m(vehicle) if known else passing_m(vehicle, braking_mps2)
     rows = [_row(segment, whole.obstacles, vehicle, kept_m, outcome.strokes) for segment in whole.segments]
