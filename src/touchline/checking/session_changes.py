@@ -6,6 +6,15 @@ from touchline.recordings.code_identity import own_version
 
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
+        (
+            "Lines that obstacles hide from each other are reached over a map of the ground by a robot that turns on "
+            "the spot; plans among many obstacles take half as long."
+        ),
+        (
+            "Plans of lines for a vehicle with a lidar keep 0.20 m off the obstacles of a template, as its protection "
+            "asks for: it no longer stops at each of them. Parts of a line that meet are shortened beside the "
+            "obstacle first."
+        ),
         "Obstacles of a template are in the emulated world: a robot that drives against one is stopped by it.",
         (
             "A drive to a goal without Zenoh records the sprayer's state in its first tick only if that has changed; "
