@@ -292,7 +292,6 @@ def carry_out(
                 done.append(replaced)
                 listener.hear("", telemetry.loaded(other.trajectory, other.template))
                 rerouting.begins(other, told)
-                told()
 
         listener.hear("", before)
         while True:
