@@ -133,6 +133,7 @@ def going(bus, bus_config, operator):
         each.close()
 
 
+@pytest.mark.full  # tests/system has a dead end, with processes
 def test_it_goes_round_a_wall_and_the_recording_shows_how(going, tmp_path):
     record = tmp_path / "goal.mcap"
     found = going(ACROSS, record)
