@@ -33,6 +33,8 @@ ORDERED_MAX, SEGMENTS_MAX = 1500, 10_000
 ROUNDS = 6
 # The same while a segment is not reached: it would be shortened, or the template refused.
 MOST_ROUNDS = 12
+# Number of swaths from which the start is at fault if none of them can be reached from it.
+MANY_SWATHS = 3
 # Partners of a swath that are looked at once one collides.
 LOOKED_AT = 4
 # Share of the kicks in later searches, which begin with the last order.
@@ -158,6 +160,9 @@ def _found(
             break
     step(1.0)
     assert best is not None, "there is at least one round"
+    if 0 in best.blocked and len(modes) >= MANY_SWATHS and all(driver.collides(None, node) for node in nodes):
+        text = f"begins where the robot cannot get away: its body would touch {best.legs[0].collision}"
+        raise PlanningError("", text, "make room there, or drive it off")
     return best
 
 

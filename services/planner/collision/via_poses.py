@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,10 +30,19 @@ BACKED_M = tuple(sorted(product(BACK_M, BACK_M), key=sum))[1:]
 FAR_BACKED_M = 2.5, 2.5
 # Number of via poses that are tried, the quickest detour first.
 TRIED = 150
+# The same for a robot that stands where its map has no way out, but by a curve there may be one.
+TRIED_SHUT_IN = 50
 # Number of clear detours that are offered.
 OFFERED = 4
 # An end from or to which this many transitions collide, without exception, is closed in.
 MANY = 30
+
+
+class Bounds(NamedTuple):
+    """Bounds of a search over via poses: the time of a detour that is known (s), and the number of poses."""
+
+    least_s: float = math.inf
+    most: int = TRIED
 
 
 @dataclass(frozen=True)
@@ -96,13 +106,17 @@ def detours(
             if offered == OFFERED:
                 break
     way: Transition | None = None
+    most = TRIED
     if ways is not None and not offered and ways.knows(start, goal):
         way = ways.between(start, goal)
         if way is not None:
             least_s = way.seconds
-        elif start.speed_mps > 0.0:  # a robot that stands beside something may have to leave on a curve
+        elif start.speed_mps > 0.0:
             return
-    for transition in _around(start, goal, transitions, checker, closed, least_s):
+        else:
+            backing, most = {}, TRIED_SHUT_IN
+    bounds = Bounds(least_s, MANY if math.isfinite(least_s) else most)
+    for transition in _around(start, goal, transitions, checker, closed, bounds):
         offered += 1
         yield transition
     if way is not None:
@@ -110,7 +124,7 @@ def detours(
         yield way
     far = backing.get(FAR_BACKED_M)
     if far is not None and not offered:
-        for transition in _around(far.leaving, far.reaching, transitions, checker, closed, math.inf):
+        for transition in _around(far.leaving, far.reaching, transitions, checker, closed, Bounds()):
             offered += 1
             yield far.whole(transition)
     if not offered:
@@ -182,18 +196,18 @@ def _around(
     transitions: TransitionFamily,
     checker: CollisionChecker,
     closed: ClosedEnds,
-    least_s: float,
+    bounds: Bounds,
 ) -> Iterator[Transition]:
-    """Collision-free transitions over one via pose that may take less than `least_s`; see `detours`."""
+    """Collision-free transitions over one via pose, within bounds; see `detours`."""
     if closed.between(start, goal):
         return
     via = [CurveEnd(PathPose(*pose), 0.0) for pose in _poses(start, goal, checker).tolist()]
     price = pricing_of(transitions).rough_s
     around_s = price(transitions, [start], via)[0] + price(transitions, via, [goal])[:, 0]
     offered = tried = departed = 0
-    for k in np.argsort(around_s, kind="stable")[: MANY if math.isfinite(least_s) else TRIED].tolist():
+    for k in np.argsort(around_s, kind="stable")[: bounds.most].tolist():
         middle = via[k]
-        if around_s[k] >= least_s:
+        if around_s[k] >= bounds.least_s:
             return
         if checker.touches([middle.pose]):  # as every path there would
             continue
