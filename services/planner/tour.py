@@ -160,7 +160,8 @@ def _found(
             break
     step(1.0)
     assert best is not None, "there is at least one round"
-    if 0 in best.blocked and len(modes) >= MANY_SWATHS and all(driver.collides(None, node) for node in nodes):
+    shut_in = driver.start is not None and 0 in best.blocked and len(modes) >= MANY_SWATHS
+    if shut_in and all(driver.collides(None, node) for node in nodes):
         text = f"begins where the robot cannot get away: its body would touch {best.legs[0].collision}"
         raise PlanningError("", text, "make room there, or drive it off")
     return best

@@ -1,6 +1,10 @@
 """Lines behind things that no single pose in between leads round."""
 
+import numpy as np
+import pytest
+
 from tests.planner.drawn import box, drawn
+from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.checker import CollisionChecker
@@ -27,3 +31,12 @@ def test_of_two_lines_that_no_way_joins_one_is_left_out() -> None:
     planned = plan(template, Vehicle(), PlanOptions())
     (gap,) = planned.report.left_out
     assert (gap.line_id, gap.from_m, gap.to_m) in {("s0", 0.0, 7.5), ("s1", 0.0, 7.0)}
+
+
+def test_a_robot_that_is_shut_in_is_told_where() -> None:
+    room = (box((-3.0, -3.0), (3.0, -2.7), "s"), box((-3.0, 2.7), (3.0, 3.0), "n"))
+    ends = (box((-3.0, -3.0), (-2.7, 3.0), "w"), box((2.7, -3.0), (3.0, 3.0), "e"))
+    lines = [(10.0, 4.0 * k, 16.0, 4.0 * k) for k in range(3)]
+    template = drawn(*lines, obstacles=(*room, *ends))
+    with pytest.raises(PlanningError, match="cannot get away"):
+        plan(template, Vehicle(), PlanOptions(start=np.array((0.0, 0.0, 0.0))))
