@@ -147,10 +147,10 @@ class TeamScenario(Spec):
     """Configuration of all computers."""
     world: Scenario = on_its_ground("turtlebot2", Scenario())
     """Scenario of all robots; the seed of `tb7` is 6 more than the world's."""
-    avoid: Literal["cells", "none"] = "cells"
-    """`none`: as in the study, each on its own path.
+    avoid: Literal["cells", "plans", "none"] = "cells"
+    """`cells`, `plans` (`fleet simulate` only), or `none`: as in the study, each on its own path.
 
-    The follower is then `frenet`, the speed that of the study's law.
+    With `none` the follower is `frenet`, the speed that of the study's law.
     """
     path: Literal["bearing", "free"] = "bearing"
     """Heading at the goal for robots that avoid nobody: the bearing, or any."""
@@ -211,7 +211,7 @@ class TeamScenario(Spec):
         """
         faults = (*self.world.faults, *self.faults.get(name, ()))
         world = self.world.model_copy(update={"start": start, "faults": faults})
-        follower = self.onboard.follower if self.avoid == "cells" else "frenet"
+        follower = self.onboard.follower if self.avoid != "none" else "frenet"
         onboard = self.onboard.model_copy(update={"follower": follower})
         setup = Setup(vehicle=self.vehicle, onboard=onboard, scenario=world)
         return setup.with_seed(world.seed + _number_of(name, self.names))
