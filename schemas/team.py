@@ -148,7 +148,7 @@ class TeamScenario(Spec):
     world: Scenario = on_its_ground("turtlebot2", Scenario())
     """Scenario of all robots; the seed of `tb7` is 6 more than the world's."""
     avoid: Literal["cells", "plans", "none"] = "cells"
-    """`cells`, `plans` (`fleet simulate` only), or `none`: as in the study, each on its own path.
+    """`cells`, `plans` (not over Zenoh yet), or `none`: as in the study, each on its own path.
 
     With `none` the follower is `frenet`, the speed that of the study's law.
     """

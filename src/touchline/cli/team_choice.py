@@ -34,7 +34,8 @@ class TeamChoice:
         Noise | None, typer.Option(metavar="NOISE", help="Sensor and actuator noise: default or none.")
     ] = None
     avoid: Annotated[
-        Avoid | None, typer.Option(metavar="HOW", help="Collision avoidance: cells (default), plans, or none, as in the study.")
+        Avoid | None,
+        typer.Option(metavar="HOW", help="Collision avoidance: cells (default), plans, or none, as in the study."),
     ] = None
     path: Annotated[
         Heading | None,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
 import numpy as np
@@ -28,7 +27,7 @@ def motion_at(samples: Floats, time_s: float, found: Floats) -> None:
         found: (5,) filled in.
     """
     at = min(max(time_s / STEP_S, 0.0), len(samples) - 1.0)
-    k = min(int(math.floor(at)), len(samples) - 2)
+    k = min(int(at), len(samples) - 2)
     share = at - k
     for column in range(COLUMNS):
         found[column] = (1.0 - share) * samples[k, column] + share * samples[k + 1, column]

@@ -70,7 +70,7 @@ class CommittedPlans:
             TooNear: Two robots, or one and a wall, are nearer than plans may be.
         """
         self._limits = limits
-        self._around = k.Walls(np.ascontiguousarray(area.sides), np.ascontiguousarray(area.walls))
+        self._around = k.AreaBorders(np.ascontiguousarray(area.sides), np.ascontiguousarray(area.walls))
         self.plans: Floats = np.zeros((len(poses), k.samples_of(limits), t.COLUMNS))
         self.plans[:, :, :3] = poses[:, None]
         if (apart_m := k.closest_plans_m(self.plans)) < limits.apart_m:
@@ -106,7 +106,7 @@ class CommittedPlans:
         self._look_for_token(left_m)
         chosen: set[int] = set()
         if self.token >= 0:
-            self._push_through(self.token, self._straight(aims[self.token] - self.places[self.token]), chosen)
+            self._drive_first(self.token, aims[self.token], chosen)
         for who in np.argsort(left_m, kind="stable").tolist():
             if who not in chosen:
                 self._choose(who, aims[who])
@@ -135,7 +135,7 @@ class CommittedPlans:
         places = self.places
         way = aim - places[who]
         if abs(way) <= _STOPS_M:
-            k.choose(self.plans, who, 0j, aim, True, self._around, self._limits)
+            k.choose(self.plans, who, aim, True, self._around, self._limits)
             self._note_velocity(who)
             return
         wish = self._straight(way)
@@ -145,7 +145,7 @@ class CommittedPlans:
 
     def _drive(self, who: int, wish: complex) -> None:
         """Commit a robot to the plan nearest to a wished velocity (m/s)."""
-        k.choose(self.plans, who, wish, 0j, False, self._around, self._limits)
+        k.choose(self.plans, who, wish, False, self._around, self._limits)
         self._note_velocity(who)
 
     def _note_velocity(self, who: int) -> None:
@@ -156,18 +156,36 @@ class CommittedPlans:
         """Return full speed (m/s) along a way (m)."""
         return way / abs(way) * self._limits.speed_max_mps if way else 0j
 
-    def _push_through(self, who: int, wish: complex, chosen: set[int]) -> None:
-        """Let a robot choose, after all that stand in its way have been pushed aside."""
+    def _drive_first(self, who: int, aim: complex, chosen: set[int]) -> None:
+        """Commit the robot with the token to a plan straight to its goal, after all in its way have made way."""
+        way = aim - self.places[who]
+        wish = self._straight(way)
+        self._clear_way(who, wish, chosen)
+        if abs(way) <= _STOPS_M:
+            self._choose(who, aim)
+        else:
+            self._drive(who, wish)
+
+    def _clear_way(self, who: int, wish: complex, chosen: set[int]) -> None:
+        """Push aside all that stand in a robot's way, and first those that stand in theirs."""
         chosen.add(who)
         while (other := k.blocker(self.plans, who, wish, self._around, self._limits)) >= 0 and other not in chosen:
-            self._push_through(other, self._aside(other, who, wish), chosen)
-        self._drive(who, wish)
+            aside = self._aside(other, who, wish)
+            self._clear_way(other, aside, chosen)
+            self._drive(other, aside)
 
     def _aside(self, who: int, by: int, wish: complex) -> complex:
-        """Return the velocity (m/s) by which a robot makes way for another with a wish: away from it, and aside."""
-        off = self.places[who] - self.places[by]
+        """Return the velocity (m/s) by which a robot makes way for another with a wish.
+
+        It goes away from it and aside, or only away if a wall is beside it.
+        """
+        here = self.places[who]
+        off = here - self.places[by]
         side = 1j * wish if (wish.conjugate() * off).imag > 0.0 else -1j * wish
-        return self._straight(0.5 * off / abs(off) + side / max(abs(side), 1e-9))
+        aside = self._straight(0.5 * off / abs(off) + side / max(abs(side), 1e-9))
+        ways = np.zeros((2, t.COLUMNS))
+        ways[:, t.X], ways[:, t.Y] = np.real((here, here + aside)), np.imag((here, here + aside))
+        return aside if k.clear_of_walls(ways, self._around, self._limits) else self._straight(off)
 
     def _look_for_token(self, left_m: Floats) -> None:
         """Give the token to who has waited longest, if nobody has it; take it from who is there, or had it too long."""

@@ -66,7 +66,7 @@ class PlanLimits(NamedTuple):
     period_steps: int
 
 
-class Walls(NamedTuple):
+class AreaBorders(NamedTuple):
     """Borders of the area: half-planes of its sides (h, 3), and its other walls (e, 4) x₁ y₁ x₂ y₂ (m)."""
 
     sides: Floats
@@ -156,7 +156,7 @@ def first_conflict(plan: Floats, who: int, plans: Floats, limits: PlanLimits) ->
 
 
 @kernel
-def clear_of_walls(plan: Floats, around: Walls, limits: PlanLimits) -> bool:
+def clear_of_walls(plan: Floats, around: AreaBorders, limits: PlanLimits) -> bool:
     """Return whether a plan (m, 5) keeps its distance from all walls and sides of the area."""
     for s in range(len(around.sides)):
         x, y, offset = around.sides[s, NORMAL_X], around.sides[s, NORMAL_Y], around.sides[s, OFFSET]
@@ -205,18 +205,15 @@ def primitive(now: Floats, number: int, bearing: float, limits: PlanLimits) -> t
 
 
 @kernel
-def choose(
-    plans: Floats, who: int, wish: complex, goal: complex, stops: bool, around: Walls, limits: PlanLimits
-) -> bool:
-    """Commit a robot to the plan nearest to its wish that keeps apart from all plans and walls.
+def choose(plans: Floats, who: int, aim: complex, stops: bool, around: AreaBorders, limits: PlanLimits) -> bool:
+    """Commit a robot to the plan nearest to its aim that keeps apart from all plans and walls.
 
     Args:
         plans: (n, m, 5) of all robots; its own is replaced, or stays if none is permitted.
         who: Number of the robot.
-        wish: Wished velocity (m/s).
-        goal: Its goal (m).
-        stops: Whether it is to come to rest nearest to its goal instead of driving at the wish.
-        around: Walls.
+        aim: Wished velocity (m/s), or the goal (m) to which it is to come to rest as near as possible.
+        stops: Whether the aim is a goal.
+        around: Borders of the area.
         limits: Limits.
 
     Returns:
@@ -224,12 +221,12 @@ def choose(
     """
     trial, costs = np.empty(plans.shape[1:]), np.empty(PRIMITIVES)
     trial[0] = plans[who, 0]
-    toward = goal - complex(trial[0, X], trial[0, Y]) if stops else wish
+    toward = aim - complex(trial[0, X], trial[0, Y]) if stops else aim
     bearing = math.atan2(toward.imag, toward.real)
     for number in range(PRIMITIVES):
         speed, rate = primitive(trial[0], number, bearing, limits)
         roll_out(trial, speed, rate, limits, len(trial) if stops else limits.period_steps + 1)
-        costs[number] = _of_rest(trial, goal) if stops else _of_motion(trial[limits.period_steps], wish, bearing)
+        costs[number] = _of_rest(trial, aim) if stops else _of_motion(trial[limits.period_steps], aim, bearing)
         costs[number] += _CALM * abs(rate)
     for number in np.argsort(costs, kind="mergesort"):
         speed, rate = primitive(trial[0], number, bearing, limits)
@@ -241,25 +238,26 @@ def choose(
 
 
 @kernel
-def blocker(plans: Floats, who: int, wish: complex, around: Walls, limits: PlanLimits) -> int:
+def blocker(plans: Floats, who: int, wish: complex, around: AreaBorders, limits: PlanLimits) -> int:
     """Return the robot that keeps another from the plan nearest to its wish; −1: none.
 
     Args:
         plans: (n, m, 5) of all robots.
         who: Number of the robot that is kept.
         wish: Wished velocity (m/s).
-        around: Walls.
+        around: Borders of the area.
         limits: Limits.
     """
     alone, nobody = plans[who : who + 1].copy(), 0
-    choose(alone, nobody, wish, 0j, False, around, limits)
+    choose(alone, nobody, wish, False, around, limits)
     return int(first_conflict(alone[0], who, plans, limits))
 
 
 @kernel
 def _of_motion(end: Floats, wish: complex, bearing: float) -> float:
     """Return the cost of a primitive that ends its period with a sample (5,), against a wished velocity (m/s)."""
-    return abs(wish - unit(end[HEADING]) * end[SPEED]) + _OFF_HEADING * abs(wrapped(bearing - end[HEADING]))
+    off_mps = abs(wish - unit(end[HEADING]) * end[SPEED])
+    return float(off_mps + _OFF_HEADING * abs(wrapped(bearing - end[HEADING])))
 
 
 @kernel

@@ -27,7 +27,7 @@ YAW_RATE_MAX_RADPS: Final = 2.0
 def limits_of(team: TeamScenario) -> PlanLimits:
     """Return the limits of a team's plans.
 
-    The yaw acceleration is such that no wheel accelerates more by turning than it may by driving on.
+    A turn may take twice the acceleration of driving on at the wheels: they can do more than plans of paths ask for.
     """
     drive = team.vehicle.drive
     return PlanLimits(
@@ -35,7 +35,7 @@ def limits_of(team: TeamScenario) -> PlanLimits:
         acceleration_mps2=drive.max_acceleration_mps2,
         lateral_acceleration_mps2=drive.max_lateral_acceleration_mps2,
         yaw_rate_max_radps=min(drive.max_yaw_rate_radps, YAW_RATE_MAX_RADPS),
-        yaw_acceleration_radps2=drive.max_acceleration_mps2 / drive.spin_lever_m,
+        yaw_acceleration_radps2=2.0 * drive.max_acceleration_mps2 / drive.spin_lever_m,
         apart_m=2.0 * team.radius_m,
         wall_m=team.radius_m,
         period_steps=round(team.update_s / STEP_S),
