@@ -6,6 +6,7 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from touchline.schemas.errors import SpecError
 from touchline.schemas.faults import AnyFault
 from touchline.schemas.given_angles import Angle
 from touchline.schemas.onboard import OnboardConfig
@@ -201,6 +202,17 @@ class TeamScenario(Spec):
     def names(self) -> tuple[str, ...]:
         """Of all robots, sorted as text."""
         return tuple(sorted(self.places or (f"tb{number}" for number in range(1, self.robots + 1))))
+
+    def check_on_bus(self) -> None:
+        """Check that a coordinator on the bus can guide the team.
+
+        Raises:
+            SpecError: It cannot.
+        """
+        if self.avoid == "plans":
+            raise SpecError(
+                "team", "avoid", "is plans, which are not sent over Zenoh yet", "use fleet simulate, or cells"
+            )
 
     def setup(self, name: str, start: Pose2) -> Setup:
         """Setup that decides a robot's session.

@@ -136,8 +136,7 @@ def run(
 
     check_recordable(record)
     chosen = choice.chosen(robots, seed)
-    if chosen.avoid == "plans":
-        raise SpecError("team", "avoid", "is plans, which are not sent over Zenoh yet", "use fleet simulate, or cells")
+    chosen.check_on_bus()
     places = start_poses(chosen, free_area(chosen))
     setups = {name: chosen.setup(name, places[name]) for name in chosen.names}
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder, progress_bar("Team") as advance:
