@@ -1,7 +1,8 @@
 """Teams that change places, by cells and by committed plans: times against straight ways, contacts, least distances.
 
-`python -m benchmarks team_plans`; `seeds` runs of each of two sizes, `most` the largest. The bound is a straight way at
-full speed and a second to speed up and brake; turning at the start is not in it.
+`python -m benchmarks team_plans`; `seeds` runs of each size from `least` to `most`, `first` the first seed.
+
+The bound is a straight way at full speed and a second to speed up and brake; turning at the start is not in it.
 """
 
 import math
@@ -25,11 +26,11 @@ SMALL = Small(
 DURATION_S = 200.0
 
 
-def main(most: int = 50, seeds: int = 20, first: int = 1) -> None:
+def main(least: int = 4, most: int = 50, seeds: int = 20, first: int = 101) -> None:
     """Print a row for each size of a team and each way to keep it apart."""
     print(f"teams that change places, {seeds} seeds from {first}")
     print(f"{'robots':>6}  {'by':6}  {'× bound, median':>15}  {'worst':>5}  ≤ 1.5  arrived  contacts  closest m")
-    for robots in (robots for robots in ROBOTS if robots <= most):
+    for robots in (robots for robots in ROBOTS if least <= robots <= most):
         for avoid in ("cells", "plans"):
             rows = np.array([_row(robots, avoid, seed) for seed in range(first, first + seeds)])
             factors, arrived, contacts, closest_m = rows.T

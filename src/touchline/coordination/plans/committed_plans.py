@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans import plan_kernels as k
+from touchline.coordination.plans.geodesics import Geodesics
 from touchline.core import timed_motion as t
 from touchline.schemas.errors import TouchlineError
 
@@ -77,6 +78,7 @@ class CommittedPlans:
             raise TooNear(f"two robots stand {apart_m:.3f} m apart, plans need {limits.apart_m:g} m: move them apart")
         if not all(k.clear_of_walls(plan, self._around, limits) for plan in self.plans):
             raise TooNear(f"a robot stands nearer than {limits.wall_m:g} m to a wall: move it away")
+        self._geodesics = Geodesics(area, limits.wall_m) if len(area.walls) else None
         self._velocities: Complexes = np.zeros(len(poses), dtype=np.complex128)
         self._nearest_m = np.full(len(poses), math.inf)
         self._nearer_s = np.zeros(len(poses))
@@ -101,15 +103,20 @@ class CommittedPlans:
             goals: (n, 2) where each wants to be (m).
         """
         self._pass_time()
-        aims = goals[:, 0] + 1j * goals[:, 1]
-        left_m = np.abs(aims - self.places)
+        wanted = goals[:, 0] + 1j * goals[:, 1]
+        ways = [self._way(place, goal) for place, goal in zip(self.places.tolist(), wanted.tolist(), strict=True)]
+        left_m = np.array([length_m for _, length_m in ways])
         self._look_for_token(left_m)
         chosen: set[int] = set()
         if self.token >= 0:
-            self._drive_first(self.token, aims[self.token], chosen)
+            self._drive_first(self.token, ways[self.token], chosen)
         for who in np.argsort(left_m, kind="stable").tolist():
             if who not in chosen:
-                self._choose(who, aims[who])
+                self._choose(who, ways[who])
+
+    def _way(self, place: complex, goal: complex) -> tuple[complex, float]:
+        """Return where to drive at on the way to a goal, and the length of that (m)."""
+        return (goal, abs(goal - place)) if self._geodesics is None else self._geodesics.way(place, goal)
 
     def choose_by(self, wishes: Complexes, order: Sequence[int]) -> None:
         """Let a period pass, and robots choose plans by wished velocities, whatever these are.
@@ -126,22 +133,26 @@ class CommittedPlans:
         k.advance(self.plans, self._limits.period_steps)
         self._now_s += self._limits.period_steps * t.STEP_S
 
-    def _choose(self, who: int, aim: complex) -> None:
-        """Commit a robot to a plan to its goal."""
-        rest = self.plans[who, -1]
-        if abs(aim - complex(rest[t.X], rest[t.Y])) <= _THERE_M:
-            self._velocities[who] = 0j
+    def _choose(self, who: int, way: tuple[complex, float]) -> None:
+        """Commit a robot to a plan along its way: the point to drive at, and the length of the whole way (m)."""
+        aim, left_m = way
+        if left_m <= _STOPS_M:
+            self._stop_at(who, aim)
             return
         places = self.places
-        way = aim - places[who]
-        if abs(way) <= _STOPS_M:
-            k.choose(self.plans, who, aim, True, self._around, self._limits)
-            self._note_velocity(who)
-            return
-        wish = self._straight(way)
-        if abs(way) > _FAR_M:
+        wish = self._straight(aim - places[who])
+        if abs(aim - places[who]) > _FAR_M:
             wish *= cmath.exp(-1j * _RIGHT_RAD)
         self._drive(who, k.avoiding(places, self._velocities, who, wish, self._limits))
+
+    def _stop_at(self, who: int, goal: complex) -> None:
+        """Commit a robot to the plan whose place of rest is nearest to its goal (m)."""
+        rest = self.plans[who, -1]
+        if abs(goal - complex(rest[t.X], rest[t.Y])) <= _THERE_M:
+            self._velocities[who] = 0j
+            return
+        k.choose(self.plans, who, goal, True, self._around, self._limits)
+        self._note_velocity(who)
 
     def _drive(self, who: int, wish: complex) -> None:
         """Commit a robot to the plan nearest to a wished velocity (m/s)."""
@@ -156,13 +167,13 @@ class CommittedPlans:
         """Return full speed (m/s) along a way (m)."""
         return way / abs(way) * self._limits.speed_max_mps if way else 0j
 
-    def _drive_first(self, who: int, aim: complex, chosen: set[int]) -> None:
+    def _drive_first(self, who: int, way: tuple[complex, float], chosen: set[int]) -> None:
         """Commit the robot with the token to a plan straight to its goal, after all in its way have made way."""
-        way = aim - self.places[who]
-        wish = self._straight(way)
+        aim, left_m = way
+        wish = self._straight(aim - self.places[who])
         self._clear_way(who, wish, chosen)
-        if abs(way) <= _STOPS_M:
-            self._choose(who, aim)
+        if left_m <= _STOPS_M:
+            self._choose(who, way)
         else:
             self._drive(who, wish)
 
