@@ -66,6 +66,15 @@ def test_plans_keep_bodies_off_walls() -> None:
     assert figures["beyond_walls_robot_s"] == 0.0
 
 
+def test_a_goal_behind_a_wall_is_reached_by_plans() -> None:
+    wall = {"outline": [(0, 0), (6, 0), (6, 6), (0, 6)], "obstacles": [[(2.8, 0), (3.2, 0), (3.2, 4.5), (2.8, 4.5)]]}
+    task = {"kind": "goals", "goals": {"a": [(5.0, 1.0)]}}
+    _, figures = driven(places={"a": at(1.0, 1.0)}, area=wall, task=task, avoid="plans")
+    assert figures["success"], figures["reason"]
+    assert figures["goals"]["all_arrived_s"] <= 22.0
+    assert figures["contacts"] == 0
+
+
 def test_a_robot_that_cannot_keep_to_its_plan_stops_all(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plan_guide, "body_radius_m", lambda vehicle: 0.1999)
     _, figures = driven(robots=2, task={"kind": "swap"}, world=world(1), avoid="plans", duration_s=5.0)

@@ -9,6 +9,7 @@ motion planning in dynamic environments", IROS 2005, and Bekris, Tsianos, Kavrak
 
 What a robot wishes decides only how fast it arrives, not whether it is safe:
 
+- it drives to its goal on the shortest way round walls, on the right of that way until it sees its goal;
 - far from its goal it drives a little to the right of it, so that robots who change places go round each other;
 - the wished velocity is changed so that it leads into nobody soon (sampled velocity obstacles);
 - near its goal it takes the plan whose place of rest is nearest to it, else it would circle its goal;
@@ -38,6 +39,11 @@ Complexes = NDArray[np.complex128]
 
 _RIGHT_RAD: Final = math.radians(21.0)
 _FAR_M: Final = 2.0
+_KEEP_RIGHT_M: Final = 0.3
+"""Distance to the right of its way at which a robot drives while a wall is between it and its goal…"""
+_MEETS_M: Final = 4.0
+"""…and another robot is so near."""
+_ROUNDING_M: Final = 1e-9
 _STOPS_M: Final = 0.6
 _THERE_M: Final = 0.03
 """A robot that rests this near to its goal stays."""
@@ -140,8 +146,12 @@ class CommittedPlans:
             self._stop_at(who, aim)
             return
         places = self.places
-        wish = self._straight(aim - places[who])
-        if abs(aim - places[who]) > _FAR_M:
+        ahead = aim - complex(places[who])
+        wish = self._straight(ahead)
+        round_corner = left_m > abs(ahead) + _ROUNDING_M
+        if round_corner and np.count_nonzero(np.abs(places - places[who]) < _MEETS_M) > 1:
+            wish = self._straight(ahead - 1j * _KEEP_RIGHT_M * wish / self._limits.speed_max_mps)
+        if abs(ahead) > _FAR_M:
             wish *= cmath.exp(-1j * _RIGHT_RAD)
         self._drive(who, k.avoiding(places, self._velocities, who, wish, self._limits))
 

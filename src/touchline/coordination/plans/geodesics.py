@@ -79,7 +79,7 @@ class Geodesics:
         from scipy.sparse.csgraph import dijkstra
 
         if goal not in self._fields:
-            ends = self._off(goal).argmin(keepdims=True)
+            ends = np.array([self._off(goal).argmin()])
             left_m, onward = dijkstra(self._graph, indices=ends, return_predecessors=True)
             self._fields[goal] = left_m[0], onward[0].astype(np.int64)
         return self._fields[goal]

@@ -26,6 +26,9 @@ _ACROSS_1PM2: Final = 12.0
 _HEADING_1PS: Final = 4.0
 _CATCHING_UP: Final = 1.2
 """Factors on the limits of speed and acceleration, so that a robot behind its plan can catch up."""
+# Errors with which a robot whose plan is at rest stands, instead of creeping after its estimate.
+_STANDS_M: Final = 0.005
+_STANDS_RAD: Final = 0.03
 
 
 @kernel
@@ -45,6 +48,9 @@ def follow_plan(motion: Floats, planned: Floats, limits: SteeringLimits, tick_s:
     turn = planned[HEADING] - motion[HEADING]
     wanted = planned[SPEED] * math.cos(turn) + _ALONG_1PS * off.real
     gain = _CATCHING_UP * limits.acceleration_mps2 * tick_s
+    rests = planned[SPEED] == 0.0 and planned[YAW_RATE] == 0.0
+    if rests and abs(off) <= _STANDS_M and abs(turn) <= _STANDS_RAD:
+        return max(motion[SPEED] - gain, 0.0), 0.0
     speed = min(max(wanted, motion[SPEED] - gain, 0.0), motion[SPEED] + gain, _CATCHING_UP * limits.speed_max_mps)
     rate = planned[YAW_RATE] + planned[SPEED] * _ACROSS_1PM2 * off.imag + _HEADING_1PS * math.sin(turn)
     return speed, min(max(rate, -limits.yaw_rate_max_radps), limits.yaw_rate_max_radps)
