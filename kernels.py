@@ -69,9 +69,10 @@ def team() -> None:
     """Compile what a team drives with."""
     from touchline.cli import main as touchline
 
-    sys.argv[1:] = ["fleet", "simulate", "--robots", "2", "--duration", "1"]
-    with suppress(SystemExit), Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
-        touchline()
+    for avoid in ("cells", "plans"):
+        sys.argv[1:] = ["fleet", "simulate", "--robots", "2", "--duration", "1", "--avoid", avoid]
+        with suppress(SystemExit), Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
+            touchline()
 
 
 def learners() -> None:

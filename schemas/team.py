@@ -6,6 +6,7 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from touchline.schemas.errors import SpecError
 from touchline.schemas.faults import AnyFault
 from touchline.schemas.given_angles import Angle
 from touchline.schemas.onboard import OnboardConfig
@@ -147,10 +148,10 @@ class TeamScenario(Spec):
     """Configuration of all computers."""
     world: Scenario = on_its_ground("turtlebot2", Scenario())
     """Scenario of all robots; the seed of `tb7` is 6 more than the world's."""
-    avoid: Literal["cells", "none"] = "cells"
-    """`none`: as in the study, each on its own path.
+    avoid: Literal["cells", "plans", "none"] = "cells"
+    """`cells`, `plans` (not over Zenoh yet), or `none`: as in the study, each on its own path.
 
-    The follower is then `frenet`, the speed that of the study's law.
+    With `none` the follower is `frenet`, the speed that of the study's law.
     """
     path: Literal["bearing", "free"] = "bearing"
     """Heading at the goal for robots that avoid nobody: the bearing, or any."""
@@ -202,6 +203,17 @@ class TeamScenario(Spec):
         """Of all robots, sorted as text."""
         return tuple(sorted(self.places or (f"tb{number}" for number in range(1, self.robots + 1))))
 
+    def check_on_bus(self) -> None:
+        """Check that a coordinator on the bus can guide the team.
+
+        Raises:
+            SpecError: It cannot.
+        """
+        if self.avoid == "plans":
+            raise SpecError(
+                "team", "avoid", "is plans, which are not sent over Zenoh yet", "use fleet simulate, or cells"
+            )
+
     def setup(self, name: str, start: Pose2) -> Setup:
         """Setup that decides a robot's session.
 
@@ -211,7 +223,7 @@ class TeamScenario(Spec):
         """
         faults = (*self.world.faults, *self.faults.get(name, ()))
         world = self.world.model_copy(update={"start": start, "faults": faults})
-        follower = self.onboard.follower if self.avoid == "cells" else "frenet"
+        follower = self.onboard.follower if self.avoid != "none" else "frenet"
         onboard = self.onboard.model_copy(update={"follower": follower})
         setup = Setup(vehicle=self.vehicle, onboard=onboard, scenario=world)
         return setup.with_seed(world.seed + _number_of(name, self.names))

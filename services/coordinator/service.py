@@ -363,9 +363,10 @@ def run_service(
         supervisor: Process id of the parent, to end with it.
 
     Raises:
-        SpecError: The bus configuration, or the area, cannot be used.
+        SpecError: The bus configuration, the area, or the team's avoidance, cannot be used.
         TouchlineError: Another coordinator runs, or a robot cannot be guided.
     """
+    team.check_on_bus()
     config = config or BusConfig.from_environment((topics.TEAM_NAMESPACE,))
     area = free_area(team)
     with until_stopped(supervisor) as stop, Bus.open(topics.COORDINATOR, config, lambda: stop.asked) as bus:

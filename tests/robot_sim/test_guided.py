@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from touchline import onboard
+from touchline.coordination.plans import plan_kernels
+from touchline.core import timed_motion
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.faults import ImuBias
 from touchline.schemas.messages import Guidance, TraversalStatus
@@ -234,3 +236,36 @@ def test_a_lost_camera_pauses_it_and_it_goes_on_when_that_sees_it_again() -> Non
     assert states <= {TraversalStatus.RUNNING, TraversalStatus.PAUSED}
     drive(robot, 1500, 2.0, 1.5)
     assert off(robot, 2.0, 1.5) < 0.03
+
+
+LIMITS = plan_kernels.PlanLimits(
+    speed_max_mps=0.5,
+    acceleration_mps2=0.5,
+    lateral_acceleration_mps2=0.5,
+    yaw_rate_max_radps=2.0,
+    yaw_acceleration_radps2=4.5,
+    apart_m=0.4,
+    wall_m=0.2,
+    period_steps=8,
+)
+
+
+def test_it_follows_plans_in_time_late_by_its_motors_alone() -> None:
+    robot, rng, off_m = aligned(guided()), np.random.default_rng(1), []
+    plan = np.zeros((plan_kernels.samples_of(LIMITS), timed_motion.COLUMNS))
+    plan[:, :3] = robot.onboard.estimate[:3]
+    lag_s, planned = SHIPPED[NAME].vehicle.drive.motor_time_constant_s, np.zeros(timed_motion.COLUMNS)
+    for _ in range(60):
+        speed, rate = plan_kernels.primitive(plan[0], int(rng.integers(plan_kernels.PRIMITIVES)), 0.0, LIMITS)
+        plan_kernels.roll_out(plan, speed, rate, LIMITS, len(plan))
+        robot.onboard.follow_plan(plan.copy())
+        for _ in range(40):
+            robot.tick()
+        timed_motion.motion_at(plan, 0.4 - lag_s, planned)
+        off_m.append(off(robot, planned[0], planned[1]))
+        plan_kernels.advance(plan[None], LIMITS.period_steps)
+    assert max(off_m) <= 0.012
+    assert robot.onboard.off_plan_m <= 0.012
+    for _ in range(200):
+        robot.tick()
+    assert abs(robot.world.state.speed_mps) < 1e-3  # nobody has told it more: the plan has ended at rest

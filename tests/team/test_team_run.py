@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from tests.with_full import with_full
+from touchline.jobs.team import plan_guide
 from touchline.jobs.team.random_team_faults import with_random_faults
 from touchline.jobs.team.team_figures import team_figures
 from touchline.jobs.team.team_run import TeamRun
@@ -45,6 +46,48 @@ def test_a_team_changes_places() -> None:
     assert figures["goals"]["all_arrived_s"] <= 45.0
     assert figures["closest_m"] >= 2.0 * BODY_M + 0.01
     assert run.guide.believed.nearest_segments_m >= 2.0 * run.team.radius_m - 0.04
+
+
+def test_a_team_changes_places_by_committed_plans_in_half_the_time() -> None:
+    run, figures = driven(robots=8, task={"kind": "swap"}, world=world(1), avoid="plans", hashed=True)
+    assert figures["success"], figures["reason"]
+    assert figures["contacts"] == 0
+    assert figures["goals"]["all_arrived_s"] <= 14.0
+    assert figures["closest_m"] >= 2.0 * BODY_M + 0.01
+    assert run.guide.believed.nearest_plans_m >= 2.0 * run.team.radius_m - 1e-9
+    assert run.guide.believed.off_plan_m <= 0.012
+
+
+def test_plans_keep_bodies_off_walls() -> None:
+    room = {"outline": [(0, 0), (5, 0), (5, 4), (0, 4)], "obstacles": [[(2, 2), (3, 2), (3, 3), (2, 3)]]}
+    _, figures = driven(robots=6, area=room, duration_s=30.0, avoid="plans")
+    assert figures["success"], figures["reason"]
+    assert figures["contacts"] == 0
+    assert figures["beyond_walls_robot_s"] == 0.0
+
+
+def test_a_goal_behind_a_wall_is_reached_by_plans() -> None:
+    wall = {"outline": [(0, 0), (6, 0), (6, 6), (0, 6)], "obstacles": [[(2.8, 0), (3.2, 0), (3.2, 4.5), (2.8, 4.5)]]}
+    task = {"kind": "goals", "goals": {"a": [(5.0, 1.0)]}}
+    _, figures = driven(places={"a": at(1.0, 1.0)}, area=wall, task=task, avoid="plans")
+    assert figures["success"], figures["reason"]
+    assert figures["goals"]["all_arrived_s"] <= 22.0
+    assert figures["contacts"] == 0
+
+
+def test_a_robot_that_cannot_keep_to_its_plan_stops_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plan_guide, "body_radius_m", lambda vehicle: 0.1999)
+    _, figures = driven(robots=2, task={"kind": "swap"}, world=world(1), avoid="plans", duration_s=5.0)
+    assert not figures["success"]
+    assert "off its plan" in figures["reason"]
+
+
+@pytest.mark.parametrize(
+    "told", [{"links": {"loss": 0.1}}, {"frozen": {"tb1": [{"start_s": 5.0}]}}], ids=["links", "frozen"]
+)
+def test_plans_refuse_what_they_do_not_allow_for(told: dict[str, Any]) -> None:
+    with pytest.raises(SpecError, match="not supported with avoid: plans"):
+        driven(robots=2, avoid="plans", **told)
 
 
 def world(seed: int) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from touchline.schemas.spec import EVERY_FIELD, parse, read_text
 from touchline.schemas.team import LOSSY_LEASE_S, TeamScenario
 from touchline.schemas.vehicles.shipped import on_its_ground, with_its_own
 
-Avoid = Literal["cells", "none"]
+Avoid = Literal["cells", "plans", "none"]
 Heading = Literal["bearing", "free"]
 
 
@@ -34,7 +34,8 @@ class TeamChoice:
         Noise | None, typer.Option(metavar="NOISE", help="Sensor and actuator noise: default or none.")
     ] = None
     avoid: Annotated[
-        Avoid | None, typer.Option(metavar="HOW", help="Collision avoidance: cells (default) or none, as in the study.")
+        Avoid | None,
+        typer.Option(metavar="HOW", help="Collision avoidance: cells (default), plans, or none, as in the study."),
     ] = None
     path: Annotated[
         Heading | None,

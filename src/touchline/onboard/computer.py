@@ -197,6 +197,17 @@ class Onboard:
         guided = self._traversal.guided
         return guided is not None and guided.receive(guidance)
 
+    def follow_plan(self, plan: NDArray[np.float64]) -> None:
+        """Follow a committed plan from now on, as of `GuidedDrive.follow`; do nothing if the robot is not guided."""
+        if (guided := self._traversal.guided) is not None:
+            guided.follow(plan)
+
+    @property
+    def off_plan_m(self) -> float:
+        """Distance that a guided robot believes to be from its plan (m); 0 if it is not guided."""
+        guided = self._traversal.guided
+        return guided.off_plan_m() if guided is not None else 0.0
+
     @property
     def guided(self) -> bool:
         """True if a coordinator guides the robot, emergency-stopped or not."""

@@ -52,10 +52,7 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
         "driven_mean_m": float(trace.driven_m.mean()),
         "driven_max_m": float(trace.driven_m.max()),
         **task,
-        "believed": {
-            "nearest_segments_m": _number(run.guide.believed.nearest_segments_m),
-            "outside_cell_max_m": _number(run.guide.believed.outside_cell_m),
-        },
+        "believed": _believed(run),
         "stopped": stopped,
         "real_time_factor": sim_s / wall_time_s,
         "wall_time_s": wall_time_s,
@@ -84,6 +81,20 @@ def _deployed(run: TeamRun) -> dict[str, Any]:
     }
 
 
+def _believed(run: TeamRun) -> dict[str, float | None]:
+    """Return how far robots were apart by their own estimates."""
+    believed = run.guide.believed
+    if run.team.avoid == "plans":
+        return {
+            "nearest_plans_m": _number(believed.nearest_plans_m),
+            "off_plan_max_m": _number(believed.off_plan_m),
+        }
+    return {
+        "nearest_segments_m": _number(believed.nearest_segments_m),
+        "outside_cell_max_m": _number(believed.outside_cell_m),
+    }
+
+
 def _stopped(run: TeamRun) -> dict[str, str]:
     """Return robots that have stopped, with the reason, by name."""
     found = {name: robot.stopped for name, robot in run.robots.items()}
@@ -98,7 +109,7 @@ def _between_obedient(run: TeamRun) -> list[tuple[str, str]]:
 
 def _why_not(run: TeamRun) -> str:
     """Return why a run has failed: a contact, a healthy robot that stopped, or one that did not arrive."""
-    if run.team.avoid != "cells":
+    if run.team.avoid == "none":
         return ""
     if touched := _between_obedient(run):
         return f"{len(touched)} contacts, first of {touched[0][0]} and {touched[0][1]}"

@@ -1,4 +1,4 @@
-"""Interface of a team's guidance: by cells that keep robots apart, or as in the study."""
+"""Interface of a team's guidance: by cells or plans that keep robots apart, or as in the study."""
 
 from __future__ import annotations
 
@@ -12,15 +12,19 @@ from touchline.coordination.tasks import TeamTask
 
 @dataclass
 class BelievedApart:
-    """Separation of robots by their own estimates; infinite without cells.
+    """Separation of robots by their own estimates; infinite without cells or plans.
 
     Attributes:
         nearest_segments_m: Smallest distance of two stopping segments at an update.
         outside_cell_m: Largest distance of a stopping segment outside its robot's cell.
+        nearest_plans_m: Smallest distance of two committed plans.
+        off_plan_m: Largest distance of a robot from its plan.
     """
 
     nearest_segments_m: float = math.inf
     outside_cell_m: float = -math.inf
+    nearest_plans_m: float = math.inf
+    off_plan_m: float = -math.inf
 
 
 class TeamGuide(Protocol):

@@ -67,6 +67,10 @@ class TeamRobot:
         """Take guidance from the coordinator; with a listener it counts among the robot's orders."""
         (self.emulator.onboard if self._listener is None else self.emulator).take_guidance(payloads)
 
+    def follow_plan(self, plan: Floats) -> None:
+        """Follow a committed plan from now on, as of `GuidedDrive.follow`."""
+        self.emulator.onboard.follow_plan(plan)
+
     def touch(self) -> None:
         """Trigger its bumper from the next tick on, as over the bus."""
         self._tell_held()

@@ -20,6 +20,7 @@ from touchline.coordination.start_poses import free_area, start_poses
 from touchline.coordination.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask
 from touchline.jobs.team.cell_guide import CellGuide, TeamListener
 from touchline.jobs.team.path_guide import PathGuide
+from touchline.jobs.team.plan_guide import PlanGuide
 from touchline.jobs.team.team_guide import TeamGuide
 from touchline.jobs.team.team_robot import TeamRobot
 from touchline.schemas import topics
@@ -116,6 +117,8 @@ class TeamRun:
         self.guide: TeamGuide
         if team.avoid == "cells":
             self.guide = CellGuide(team, self.area, self.robots, listener)
+        elif team.avoid == "plans":
+            self.guide = PlanGuide(team, self.area, self.robots)
         else:
             self.guide = PathGuide(team, self.area, self.robots)
 

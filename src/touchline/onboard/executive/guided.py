@@ -7,7 +7,9 @@ from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
+from touchline.core.timed_motion import COLUMNS, X, Y, motion_at
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.control.cell_steering import SteeringLimits
@@ -26,6 +28,8 @@ from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.onboard import TeamLimits
 from touchline.schemas.vehicles import Vehicle
+
+Floats = NDArray[np.float64]
 
 
 class GuidedDrive:
@@ -74,7 +78,17 @@ class GuidedDrive:
         )
         fence = FenceArrays(np.zeros((0, 2)), np.zeros((0, 2)))
         self.course = GuidedCourse(
-            np.zeros((0, 3)), 0j, -1, limits, self._drive.lag_s, estimator.drive, np.zeros(4), fence
+            half_planes=np.zeros((0, 3)),
+            target_m=0j,
+            until_tick=-1,
+            plan=np.zeros((0, COLUMNS)),
+            plan_tick=0,
+            limits=limits,
+            lag_s=self._drive.lag_s,
+            drive=estimator.drive,
+            motion=np.zeros(4),
+            planned=np.zeros(COLUMNS),
+            fence=fence,
         )
 
     def receive(self, guidance: Guidance) -> bool:
@@ -86,6 +100,22 @@ class GuidedDrive:
             half_planes=keeper.half_planes, target_m=keeper.target_m, until_tick=until_tick
         )
         return taken
+
+    def follow(self, plan: Floats) -> None:
+        """Follow a committed plan from now on instead of guidance by cells.
+
+        Args:
+            plan: (m, 5) samples of `timed_motion` from now on; the last one is at rest, so that no lease is needed.
+        """
+        tick, last_tick = self._computer.clock.tick, np.iinfo(np.int64).max
+        self.course = self.course._replace(plan=plan, plan_tick=tick, until_tick=int(last_tick))
+
+    def off_plan_m(self) -> float:
+        """Return how far the robot believes to be from where its plan is now, as of `plan_steering` (m)."""
+        course = self.course
+        self._stop(self._computer.array, course)  # fills in the motion
+        motion_at(course.plan, (self._computer.clock.tick - course.plan_tick) * TICK_S, course.planned)
+        return math.hypot(course.motion[X] - course.planned[X], course.motion[Y] - course.planned[Y])
 
     def _stopping_segment(self) -> Segment:
         """Return the place of the robot, and its stopping point if it braked now, x + iy (m)."""

@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from touchline.core.arcs import unit
 from touchline.core.jit import kernel
+from touchline.core.timed_motion import motion_at
 from touchline.onboard import filter_model as m
 from touchline.onboard import tracking_state as tracking
 from touchline.onboard.computer_state import Computer
 from touchline.onboard.control.cell_steering import HEADING, SPEED, SteeringLimits, X, Y, steer_in_cell
 from touchline.onboard.control.path_tracker import observe
+from touchline.onboard.control.plan_steering import follow_plan
 from touchline.onboard.drives.onboard_drive import command as drive_command
 from touchline.onboard.executive.geofence import FenceArrays
 from touchline.onboard.executive.hazards import NOTHING
@@ -31,20 +33,26 @@ class GuidedCourse(NamedTuple):
         half_planes: (k, 3) of its cell.
         target_m: Target, x + iy.
         until_tick: Tick after which it brakes, because the coordinator has not echoed its messages for too long.
+        plan: (m, 5) samples of `timed_motion` that it follows instead of going to the target; none without a plan.
+        plan_tick: Tick of the first of them.
         limits: Limits of its motion.
         lag_s: Time constant of its actuators.
         drive: Parameters of the drive.
         motion: (4,) scratch.
+        planned: (5,) scratch.
         fence: Empty fence, for the types of kernels.
     """
 
     half_planes: Floats
     target_m: complex
     until_tick: int
+    plan: Floats
+    plan_tick: int
     limits: SteeringLimits
     lag_s: float
     drive: Any
     motion: Floats
+    planned: Floats
     fence: FenceArrays
 
 
@@ -80,10 +88,14 @@ def drive_on(computer: Computer, course: GuidedCourse) -> None:
     observe(course.drive, computer)
     look_ahead(computer, course.lag_s, motion)
     rate, guidance, before_mps = 0.0, c.guidance, c.guidance.speed_mps
-    if len(course.half_planes) == 0 or c.times.tick > course.until_tick:
+    follows = len(course.plan) > 0
+    if (len(course.half_planes) == 0 and not follows) or c.times.tick > course.until_tick:
         braking_mps2 = max(course.limits.acceleration_mps2, c.leg.brake_mps2)
         guidance.speed_mps = max(guidance.speed_mps - braking_mps2 * TICK_S, 0.0)
         guidance.stands = False
+    elif follows:
+        motion_at(course.plan, (c.times.tick - course.plan_tick) * TICK_S, course.planned)
+        guidance.speed_mps, rate = follow_plan(motion, course.planned, course.limits, TICK_S)
     else:
         guidance.speed_mps, rate, guidance.stands = steer_in_cell(
             motion, guidance.stands, course.half_planes, course.target_m, course.limits, TICK_S
