@@ -38,8 +38,8 @@ OFFERED = 4
 MANY = 30
 
 
-class Bounds(NamedTuple):
-    """Bounds of a search over via poses: the time of a detour that is known (s), and the number of poses."""
+class DetourBounds(NamedTuple):
+    """DetourBounds of a search over via poses: the time of a detour that is known (s), and the number of poses."""
 
     least_s: float = math.inf
     most: int = TRIED
@@ -115,7 +115,7 @@ def detours(
             return
         else:
             backing, most = {}, TRIED_SHUT_IN
-    bounds = Bounds(least_s, MANY if math.isfinite(least_s) else most)
+    bounds = DetourBounds(least_s, MANY if math.isfinite(least_s) else most)
     for transition in _around(start, goal, transitions, checker, closed, bounds):
         offered += 1
         yield transition
@@ -124,7 +124,7 @@ def detours(
         yield way
     far = backing.get(FAR_BACKED_M)
     if far is not None and not offered:
-        for transition in _around(far.leaving, far.reaching, transitions, checker, closed, Bounds()):
+        for transition in _around(far.leaving, far.reaching, transitions, checker, closed, DetourBounds()):
             offered += 1
             yield far.whole(transition)
     if not offered:
@@ -196,7 +196,7 @@ def _around(
     transitions: TransitionFamily,
     checker: CollisionChecker,
     closed: ClosedEnds,
-    bounds: Bounds,
+    bounds: DetourBounds,
 ) -> Iterator[Transition]:
     """Collision-free transitions over one via pose, within bounds; see `detours`."""
     if closed.between(start, goal):
