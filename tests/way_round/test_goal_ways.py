@@ -86,3 +86,10 @@ def test_a_robot_with_odometry_alone_goes_round_things() -> None:
     assert done.outcome.report.success
     assert done.true.off_m(GOAL) < 0.3
     assert not hits(done)
+
+
+def test_a_robot_among_what_may_move_goes_round_where_it_may_pass() -> None:
+    gap = (*wall((6.0, -9.0), (6.0, 1.5)), *wall((6.0, 3.5), (6.0, 8.0)))
+    done = going(*gap, protection={"mode": "passive"})
+    assert not done.problem
+    assert len(done.outcome.earlier) < 10  # in the gap of 2 m, protection would stop it again and again

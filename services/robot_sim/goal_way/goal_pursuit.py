@@ -24,7 +24,7 @@ from touchline.services.robot_sim.goal_way.seen_ground import CELL_M, FADED_S, S
 from touchline.services.robot_sim.goal_way.way_ahead import WayAhead
 from touchline.services.robot_sim.goal_way.way_request import ChosenWay, PlannedWay, Planning, SeenPlaces, WayRequest
 from touchline.services.robot_sim.grown_outlines import body_at
-from touchline.services.robot_sim.way_round.rest_request import passing_m
+from touchline.services.robot_sim.way_round.rest_request import coming_m, passing_m
 
 KEEP_S: Final = 0.4
 """Sim time for which the present way is kept while the next one is planned, if sim time stands still for that."""
@@ -117,7 +117,9 @@ class GoalPursuit:
         self._ground = seen.known
         self._vehicle = emulator.vehicle
         self._body = np.array(self._vehicle.body.footprint_m)
-        self._passing_m = passing_m(self._vehicle, emulator.onboard.protection.braking_mps2)
+        braking_mps2 = emulator.onboard.protection.braking_mps2
+        self._passing_m = passing_m(self._vehicle, braking_mps2)
+        self._coming_m = coming_m(self._vehicle, braking_mps2, 0.0)
         self._clear_m = 0.0
         self._way = WayAhead.at(self._pose)
         self._scan_tick = -1
@@ -422,11 +424,11 @@ class GoalPursuit:
 
     @property
     def _needed_m(self) -> float:
-        """Distance from things at which protection lets the robot pass."""
+        """Distance from things at which protection lets the robot pass, however slowly."""
         perception = self._emulator.onboard.perception
         hits = perception.hits if perception is not None else None
         error_m = min(hits.error_m, ERROR_M) if hits is not None else 0.0
-        return self._vehicle.protection.margin_m + error_m + OFF_WAY_M
+        return self._vehicle.protection.margin_m + error_m + OFF_WAY_M + self._coming_m
 
     def _seen_free_behind(self, way: WayAhead) -> bool:
         """Return whether a robot that drives this way goes backward only over ground that it has seen as free."""

@@ -116,9 +116,19 @@ def passing_m(vehicle: Vehicle, braking_mps2: float) -> float:
         vehicle: The robot.
         braking_mps2: Deceleration that its protection counts on.
     """
+    return vehicle.protection.margin_m + OFF_PATH_M + HIT_ERROR_M + coming_m(vehicle, braking_mps2, PASSING_MPS)
+
+
+def coming_m(vehicle: Vehicle, braking_mps2: float, speed_mps: float) -> float:
+    """Return how much nearer a thing may come, as protection counts on, while a robot stops.
+
+    Args:
+        vehicle: The robot.
+        braking_mps2: Deceleration that its protection counts on.
+        speed_mps: Speed from which it stops.
+    """
     rules = vehicle.protection
     thing_mps = rules.thing_speed_mps if rules.mode == "passive" else 0.0
     stopping = stopping_with(braking_mps2, drive_of(vehicle).lag_s)
     late_s = max((2.0 / each.rate_hz + each.latency_s for each in lidars_of(vehicle)), default=0.0) + TICK_S
-    moved_s = late_s + stopping.reaction_s + PASSING_MPS / braking_mps2 + stopping.creep_s
-    return rules.margin_m + OFF_PATH_M + HIT_ERROR_M + thing_mps * moved_s
+    return thing_mps * (late_s + stopping.reaction_s + speed_mps / braking_mps2 + stopping.creep_s)
