@@ -1,18 +1,21 @@
-"""Ground that a robot has seen: what it keeps, and what it takes for gone."""
+"""Ground that a robot has seen: what it keeps, what it takes for gone, and outlines of it."""
 
 import math
 
+import numpy as np
 import pytest
 import shapely
 
 from touchline.onboard.perception.scan import NOTHING, THING, Beams
 from touchline.schemas.known_ground import OPEN_GROUND
 from touchline.schemas.vehicles.lidar_spec import LidarSpec
-from touchline.services.robot_sim.goal_way.seen_ground import SeenGround
+from touchline.services.robot_sim.goal_way.seen_ground import SeenGround, moved_off, outlines_of
+from touchline.services.robot_sim.goal_way.way_ahead import WayAhead
 
 LIDAR = LidarSpec(kind="lidar", name="front", beams=360, step_rad=math.pi / 180.0)
 FAR_M = 8.0
 WALL = ((-2.0, 0.0), (2.0, 0.0))
+BODY = np.array([[0.4, 0.3], [-0.4, 0.3], [-0.4, -0.3], [0.4, -0.3]])
 
 
 def scan(x_m, y_m, *things):
@@ -56,3 +59,15 @@ def test_beams_along_what_has_gone_free_it_in_the_end(seen):
     for tick in range(10, 210):
         seen.enter(scan(3.0, 0.02), FAR_M, tick)
     assert len(seen.things_m) < 0.1 * before
+
+
+def test_a_wall_close_to_the_robot_is_moved_off_it_and_stays_closed(seen):
+    clear = WayAhead.at((0.0, -0.5, math.pi / 2.0)).swept(BODY, 0.3)
+    wall = shapely.union_all([shapely.Polygon(each.corners) for each in outlines_of(seen.things_m, clear)])
+    assert wall.boundary.distance(shapely.Point(0.0, 0.0)) > 0.3  # a gap as wide as the ground that is clear
+    moved_m = moved_off(seen.things_m, clear, 0.31)
+    wall = shapely.union_all([shapely.Polygon(each.corners) for each in outlines_of(moved_m, clear)])
+    assert not wall.intersects(clear.buffer(-1e-6))
+    left = shapely.box(-1.5, -2.0, 1.5, 2.0).difference(wall.buffer(0.2))  # gaps that no body fits into
+    both = (shapely.Point(0.0, -1.9), shapely.Point(0.0, 1.9))
+    assert not any(all(part.contains(point) for point in both) for part in shapely.get_parts(left))
