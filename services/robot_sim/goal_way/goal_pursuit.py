@@ -20,7 +20,7 @@ from touchline.schemas.messages import (
     WaySearch,
 )
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
-from touchline.services.robot_sim.goal_way.seen_ground import CELL_M, FADED_S, SeenGround, cell_middles
+from touchline.services.robot_sim.goal_way.seen_ground import CELL_M, FADED_S, SeenGround, cell_middles, moved_off
 from touchline.services.robot_sim.goal_way.way_ahead import WayAhead
 from touchline.services.robot_sim.goal_way.way_request import ChosenWay, PlannedWay, Planning, SeenPlaces, WayRequest
 from touchline.services.robot_sim.grown_outlines import body_at
@@ -52,6 +52,8 @@ STOPS_MAX: Final = 40
 """Number of ways begun from rest after which it gives up."""
 FORGETS: Final = 2
 """Number of times that it forgets what it has not seen again."""
+THOROUGH_MAX: Final = 3
+"""Number of thorough searches after which it gives up: they may find ways, too."""
 WIDER_M: Final = (0.15, 0.05, 0.02)
 """Distances beyond what protection needs that ways keep from things: what there is room for, the last at least."""
 ERROR_M: Final = 0.12
@@ -76,7 +78,7 @@ SQUARE_M: Final = 5.0
 """Room round all that is known, and grid of its edges: ways begun in one place and the next have the same ground."""
 BOTH_WAYS: Final = WaySearch(quick=True, spare_share=0.9)
 FORWARD: Final = BOTH_WAYS.model_copy(update={"no_reversing": True})
-AT_LAST: Final = BOTH_WAYS.model_copy(update={"quick": False})
+AT_LAST: Final = WaySearch(spare_share=0.97)
 GO_ROUND: Final = "the robot goes round something"
 
 
@@ -125,12 +127,13 @@ class GoalPursuit:
         self._scan_tick = -1
         self._retry_tick = 0
         self._progress = 0, math.inf, math.inf
-        self._stops, self._forgets_left = 0, FORGETS
+        self._stops, self._forgets_left, self._thorough_left = 0, FORGETS, THOROUGH_MAX
         self._began_s: float | None = None
         self.driven_s, self.keep_s = 0.0, KEEP_S
         self._next: ChosenWay | None = None
         self._then: ChosenWay | None = None
         self._then_before: ChosenWay | None = None
+        self._shut_in = False
         self._from = self._pose
         self._present = Trajectory()
         self.problem = ""
@@ -221,13 +224,13 @@ class GoalPursuit:
         return ""
 
     def _at_last(self) -> Planning[ChosenWay | None]:
-        """Return a way by a thorough search, once; its refusal says whether a way exists, and where it is narrowest."""
-        if self._stops >= STOPS_MAX:
-            self.problem = f"the robot has begun {STOPS_MAX} ways from rest without reaching its goal"
+        """Return a way by a thorough search; its refusal says whether a way exists, and where it is narrowest."""
+        if self._stops >= STOPS_MAX or not self._thorough_left:
+            self.problem = f"the robot has begun {self._stops} ways from rest without reaching its goal"
             return None
+        self._thorough_left -= 1
         leave = _Leave(self._standing_at(self._pose), WayAhead.at(self._pose))
         found = yield from self._with_margin(self._needed_m, leave, AT_LAST)
-        self._stops = STOPS_MAX
         return None if found is None else ChosenWay(found[1].trajectory, found[0].cause)
 
     @property
@@ -335,11 +338,15 @@ class GoalPursuit:
         """Plan round what was seen, with as much margin as there is room for; None if there is no such way."""
         best: tuple[WayRequest, PlannedWay] | None = None
         levels_m = self._levels_m
+        if self._shut_in and not (yield from self._is_way(leave)):
+            return None
         latest_tick = self._emulator.tick_count + round(HASTE * self.keep_s * TICKS_PER_S)
         for margin_m in levels_m:
             found = yield from self._with_margin(margin_m, leave, FORWARD)
             if found is None:
-                if margin_m == levels_m[0] and leave.running is None and not (yield from self._is_way(leave)):
+                unasked = margin_m == levels_m[0] and leave.running is None and not self._shut_in
+                if unasked and not (yield from self._is_way(leave)):
+                    self._shut_in = True
                     return None
                 continue
             if best is None or found[1].total_time_s < QUICKER * best[1].total_time_s:
@@ -350,11 +357,13 @@ class GoalPursuit:
         if best is None and leave.running is None:
             for margin_m in levels_m[1:]:
                 best = best or (yield from self._with_margin(margin_m, leave, BOTH_WAYS))
+        self._shut_in = best is None
         return best
 
     def _is_way(self, leave: _Leave) -> Planning[bool]:
-        """Return whether there is a way from rest with the least margin: else none is looked for with more."""
-        return (yield from self._made(self._levels_m[-1], leave, BOTH_WAYS)) is not None
+        """Return whether there is a way with the least margin: else none is looked for with more."""
+        search = BOTH_WAYS if leave.running is None else FORWARD
+        return (yield from self._made(self._levels_m[-1], leave, search)) is not None
 
     @property
     def _least_s(self) -> float:
@@ -382,12 +391,13 @@ class GoalPursuit:
     def _made(
         self, margin_m: float, leave: _Leave, search: WaySearch
     ) -> Planning[tuple[WayRequest, PlannedWay] | None]:
-        """Plan with a margin, less what is nearer to where the way begins; None if there is no such way."""
-        clear = leave.begins.swept(self._body, margin_m + STANDS_ON_M if search.quick else STANDS_ON_M)
+        """Plan with a margin, things nearer to where the way begins moved off; None if there is no such way."""
+        clear = leave.begins.swept(self._body, margin_m + STANDS_ON_M)
+        things_m = moved_off(self._seen.things_m, clear, margin_m - self._nearest_m(leave.begins))
         boundary = self._ground.boundary or self._surroundings()
         known = KnownGround(boundary=boundary, obstacles=self._ground.obstacles)
         options = leave.options.model_copy(update={"margin_m": margin_m})
-        seen = SeenPlaces(known, self._seen.things_m, clear)
+        seen = SeenPlaces(known, things_m, clear)
         request = WayRequest(self._goal, options, seen, search, leave.running)
         planned = yield request
         if isinstance(planned, str):
@@ -405,15 +415,18 @@ class GoalPursuit:
     def _passes(self, way: WayAhead, begins: WayAhead) -> bool:
         """Return whether protection lets the robot drive a way: it comes no nearer to things than it may, or is."""
         things_m, needed_m = self._seen.things_m, self._needed_m
-        now_m = begins.clearance_m(self._body, things_m, needed_m)
         last = begins.poses[-1]
         near = np.hypot(*(way.poses[:, :2] - last[:2]).T) < NEAR_M + float(np.ptp(self._body[:, 0]))
         near |= way.station_m < begins.station_m[-1] - begins.station_m[0]
         first, rest = way.where(near), way.where(~near)
         return (
-            first.clearance_m(self._body, things_m, needed_m) >= min(needed_m, now_m) - NEARER_M
+            first.clearance_m(self._body, things_m, needed_m) >= self._nearest_m(begins)
             and rest.clearance_m(self._body, things_m, needed_m) >= needed_m
         )
+
+    def _nearest_m(self, begins: WayAhead) -> float:
+        """Return the distance from things down to which protection lets the robot come near to where a way begins."""
+        return max(begins.clearance_m(self._body, self._seen.things_m, self._needed_m), 0.0) - NEARER_M
 
     @property
     def _levels_m(self) -> tuple[float, ...]:

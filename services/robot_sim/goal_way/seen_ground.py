@@ -45,6 +45,12 @@ _POINT_M: Final = 0.015
 _CLOSED_M: Final = 0.06
 """Half of the largest gap between returns that is taken to be closed."""
 _BEFORE_RETURN_M: Final = 1.5 * CELL_M
+_SURFACE_M: Final = 0.1
+"""Distance of the returns from whose places the direction of a surface follows."""
+_ALONG: Final = math.cos(2.0 * math.radians(15.0))
+"""Cosine of twice the angle to a surface up to which a beam passes along it, and may meet it by an error alone."""
+_ALONG_SCANS: Final = 20
+"""Number of scans of which one counts for a cell that such beams pass, if more than one scan had a return there."""
 
 
 class _Cells(NamedTuple):
@@ -56,6 +62,7 @@ class _Cells(NamedTuple):
         seen_tick: (SIDE, SIDE) tick of the last return.
         marks: (SIDE, SIDE) number of the last scan with a return, or a beam that passed.
         place_m: (SIDE, SIDE, 2) mean place of the last returns.
+        along: (SIDE, SIDE, 2) cosine and sine of twice the direction of the surface there, mean of the last returns.
     """
 
     corner: Integers
@@ -63,12 +70,14 @@ class _Cells(NamedTuple):
     seen_tick: Integers
     marks: Integers
     place_m: Floats
+    along: Floats
 
     @classmethod
     def unknown(cls) -> Self:
         """Return cells of which nothing is known."""
         evidence, seen_tick, marks = (np.zeros((SIDE, SIDE), np.int64) for _ in range(3))
-        return cls(np.zeros(2, np.int64), evidence, seen_tick, marks, np.zeros((SIDE, SIDE, 2)))
+        place_m, along = (np.zeros((SIDE, SIDE, 2)) for _ in range(2))
+        return cls(np.zeros(2, np.int64), evidence, seen_tick, marks, place_m, along)
 
 
 @kernel
@@ -101,6 +110,32 @@ def _is_split(beams: Beams, b: int) -> bool:
     return bool(min(before_m, after_m) + edge_m < here_m < max(before_m, after_m) - edge_m)
 
 
+@kernel
+def _surface(beams: Beams, b: int) -> tuple[float, float]:
+    """Return cosine and sine of twice the direction of the surface that a return is from; 0 if there is no telling."""
+    other = b + 1 if b + 1 < len(beams.kind) else b - 1
+    ray, following = beams.rays[b], beams.rays[other]
+    spacing_m = beams.range_m[b] * abs(ray[2] * following[3] - ray[3] * following[2])
+    step = max(int(_SURFACE_M / max(spacing_m, CELL_M / 8.0)), 1)
+    least_m, cos, sin = math.inf, 0.0, 0.0
+    for other in (b - step, b + step):
+        if not 0 <= other < len(beams.kind) or beams.kind[other] == UNUSABLE:
+            continue
+        if math.isfinite(_range_m(beams, other)):
+            x, y = beams.points_m[other] - beams.points_m[b]
+            squared = x * x + y * y
+            if 0.0 < squared < least_m:
+                least_m, cos, sin = squared, (x * x - y * y) / squared, 2.0 * x * y / squared
+    return cos, sin
+
+
+@kernel
+def _is_edge_on(ray: Floats, along: Floats) -> bool:
+    """Return whether a beam passes along the surface in a cell."""
+    cos, sin = ray[2] * ray[2] - ray[3] * ray[3], 2.0 * ray[2] * ray[3]
+    return bool(cos * along[0] + sin * along[1] > _ALONG)
+
+
 @borrowing
 def _enter_scan(beams: Beams, counts: Flags, free_m: float, tick: int, scan: int, cells: _Cells) -> None:
     """Enter a scan: cells with returns gain evidence, those that beams pass lose some."""
@@ -110,9 +145,10 @@ def _enter_scan(beams: Beams, counts: Flags, free_m: float, tick: int, scan: int
             i, j = math.floor(beams.points_m[b, 0] / CELL_M), math.floor(beams.points_m[b, 1] / CELL_M)
             if x <= i < x + SIDE and y <= j < y + SIDE:
                 i, j = i & _MASK, j & _MASK
-                share = 1.0 if cells.evidence[i, j] <= 0 else _NEWER
+                share, along = 1.0 if cells.evidence[i, j] <= 0 else _NEWER, _surface(beams, b)
                 for k in range(2):
                     cells.place_m[i, j, k] += share * (beams.points_m[b, k] - cells.place_m[i, j, k])
+                    cells.along[i, j, k] += share * (along[k] - cells.along[i, j, k])
                 if cells.marks[i, j] != scan:
                     cells.evidence[i, j] = min(max(cells.evidence[i, j], 0) + _RETURN, _MOST)
                     cells.marks[i, j], cells.seen_tick[i, j] = scan, tick
@@ -128,6 +164,8 @@ def _enter_scan(beams: Beams, counts: Flags, free_m: float, tick: int, scan: int
                 break
             i, j = i & _MASK, j & _MASK
             if cells.marks[i, j] != scan:
+                if cells.evidence[i, j] > OCCUPIED and scan % _ALONG_SCANS and _is_edge_on(ray, cells.along[i, j]):
+                    continue
                 cells.marks[i, j] = scan
                 cells.evidence[i, j] = max(cells.evidence[i, j] - 1, FREE)
 
@@ -218,6 +256,26 @@ def outlines_of(things_m: Floats, clear: shapely.Geometry) -> tuple[KnownObstacl
         KnownObstacle(id=f"seen {number}", corners=_ring(part.exterior), holes=tuple(map(_ring, part.interiors)))
         for number, part in enumerate(parts, 1)
     )
+
+
+def moved_off(things_m: Floats, area: shapely.Geometry, by_m: float) -> Floats:
+    """Return places of things, those in an area moved outward: a wall through it goes round it, and stays closed.
+
+    Args:
+        things_m: (n, 2) places, map frame.
+        area: The area.
+        by_m: Distance by which they are moved.
+    """
+    shapely.prepare(area)
+    inside = shapely.contains_xy(area, things_m)
+    places_m = things_m[inside]
+    if not len(places_m):
+        return things_m
+    lines = shapely.shortest_line(shapely.points(places_m), shapely.boundary(area))
+    outward_m = shapely.get_coordinates(lines)[1::2] - places_m
+    moved_m = things_m.copy()
+    moved_m[inside] += by_m * outward_m / np.maximum(np.hypot(*outward_m.T), 1e-9)[:, None]
+    return moved_m
 
 
 def cell_middles(area: shapely.geometry.base.BaseGeometry) -> Floats:
