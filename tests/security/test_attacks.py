@@ -163,7 +163,9 @@ def test_a_robots_own_door_admits_only_those_who_may_stop_it(system):
     door = doors(system.identities[VICTIM], system.endpoint)[VICTIM]
     for who in (*ATTACKERS, OTHER):
         identity = system.identities[who]
-        with zenoh.open(secured_at_door(identity, door)) as session:
+        patient = secured_at_door(identity, door)
+        patient.insert_json5("connect/timeout_ms", "20000")  # a busy machine shakes hands slowly
+        with zenoh.open(patient) as session:
             for service in (topics.PAUSE, topics.START):
                 key = asked_key(f"{VICTIM}/{service.name}", identity.name)
                 payload = encode(m.CommandRequest(request_id=f"{who}"))
