@@ -64,6 +64,7 @@ def test_a_recording_and_a_picture_of_it(stood: WayRoundOutcome, tmp_path: Path)
     assert (tmp_path / "round.svg").read_text().count('id="gap"') == len(stood.figures(JOB)["gaps"]["stretches"])
 
 
+@pytest.mark.full  # the area that is covered goes over the bus in every run
 def test_over_the_bus_it_leaves_out_the_same(stood: WayRoundOutcome, bus_config: BusConfig) -> None:
     run, figures, _ = run_in_one_process(BED, PlanOptions(), meeting(BESIDE), bus_config)
     here = stood.figures(JOB)
