@@ -8,7 +8,7 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
             "Lines that obstacles hide from each other are reached over a map of the ground by a robot that turns on "
-            "the spot; plans among many obstacles take half as long."
+            "the spot; most plans among many obstacles take less time."
         ),
         (
             "Plans of lines for a vehicle with a lidar keep 0.20 m off the obstacles of a template, as its protection "
