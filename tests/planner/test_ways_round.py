@@ -1,5 +1,8 @@
 """Lines behind things that no single pose in between leads round."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -8,8 +11,10 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.checker import CollisionChecker
-from touchline.services.planner.geometry.clothoid import PiecePath
+from touchline.services.planner.collision.via_poses import FAR_BACKED_M, ClosedEnds
+from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.plan import plan
+from touchline.services.planner.steering.method import CurveEnd
 
 WALLS = (box((5.0, -8.0), (5.3, 4.5), "1"), box((10.0, -4.5), (10.3, 8.0), "2"), box((15.0, -8.0), (15.3, 4.5), "3"))
 FENCE = box((-14.0, -8.0), (34.0, 8.0), "fence")
@@ -40,3 +45,14 @@ def test_a_robot_that_is_shut_in_is_told_where() -> None:
     template = drawn(*lines, obstacles=(*room, *ends))
     with pytest.raises(PlanningError, match="cannot get away"):
         plan(template, Vehicle(), PlanOptions(start=np.array((0.0, 0.0, 0.0))))
+
+
+def test_a_goal_without_room_behind_it_does_not_close_a_start_that_can_be_backed_from() -> None:
+    start, goal, behind = (CurveEnd(PathPose(x_m, 0.0, 0.0), 0.0) for x_m in (0.0, 9.0, -2.5))
+    backing: Any = {(FAR_BACKED_M[0], 0.0): SimpleNamespace(leaving=behind)}
+    closed = ClosedEnds({start}, {goal})
+    closed.learn(start, goal, backing)
+    assert closed.for_good == (set(), {goal})
+    closed.to_leave.add(behind)
+    closed.learn(start, goal, backing)
+    assert closed.for_good == ({start}, {goal})

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import product
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -39,7 +39,7 @@ MANY = 30
 
 
 class DetourBounds(NamedTuple):
-    """DetourBounds of a search over via poses: the time of a detour that is known (s), and the number of poses."""
+    """Bounds of a search over via poses: the time of a detour that is known (s), and the number of poses."""
 
     least_s: float = math.inf
     most: int = TRIED
@@ -62,11 +62,12 @@ class ClosedEnds:
         """Return whether nothing leads over a via pose from a start to a goal."""
         return start in self.to_leave or goal in self.to_reach
 
-    def learn(self, start: CurveEnd, goal: CurveEnd, backed: "_Backed | None") -> None:
-        """Note ends between which there is no detour, and how they back, if they can."""
-        if start in self.to_leave and (backed is None or backed.leaving in self.to_leave):
+    def learn(self, start: CurveEnd, goal: CurveEnd, backing: "_Backings") -> None:
+        """Note ends between which there is no detour; each by how it can itself be backed, not by its partner."""
+        out, into = backing.get((FAR_BACKED_M[0], 0.0)), backing.get((0.0, FAR_BACKED_M[1]))
+        if start in self.to_leave and (out is None or out.leaving in self.to_leave):
             self.for_good[0].add(start)
-        if goal in self.to_reach and (backed is None or backed.reaching in self.to_reach):
+        if goal in self.to_reach and (into is None or into.reaching in self.to_reach):
             self.for_good[1].add(goal)
 
 
@@ -106,7 +107,7 @@ def detours(
             if offered == OFFERED:
                 break
     way: Transition | None = None
-    most = TRIED
+    most, far = TRIED, backing.get(FAR_BACKED_M)
     if ways is not None and not offered and ways.knows(start, goal):
         way = ways.between(start, goal)
         if way is not None:
@@ -114,7 +115,7 @@ def detours(
         elif start.speed_mps > 0.0:
             return
         else:
-            backing, most = {}, TRIED_SHUT_IN
+            far, most = None, TRIED_SHUT_IN
     bounds = DetourBounds(least_s, MANY if math.isfinite(least_s) else most)
     for transition in _around(start, goal, transitions, checker, closed, bounds):
         offered += 1
@@ -122,13 +123,12 @@ def detours(
     if way is not None:
         offered += 1
         yield way
-    far = backing.get(FAR_BACKED_M)
     if far is not None and not offered:
         for transition in _around(far.leaving, far.reaching, transitions, checker, closed, DetourBounds()):
             offered += 1
             yield far.whole(transition)
     if not offered:
-        closed.learn(start, goal, far)
+        closed.learn(start, goal, backing)
 
 
 @dataclass(frozen=True)
@@ -160,9 +160,10 @@ class _Backed:
         return Transition(self.transitions.seconds(pieces, *speeds), PiecePath(self.start.pose, pieces))
 
 
-def _backings(
-    start: CurveEnd, goal: CurveEnd, transitions: TransitionFamily, checker: CollisionChecker
-) -> dict[tuple[float, float], _Backed]:
+_Backings: TypeAlias = dict[tuple[float, float], _Backed]
+
+
+def _backings(start: CurveEnd, goal: CurveEnd, transitions: TransitionFamily, checker: CollisionChecker) -> _Backings:
     """Clear ways of backing out of the first curve and into the second, by their distances; 0: not at all."""
     outs: dict[float, tuple[CurveEnd, tuple[Piece, ...]]] = {0.0: (start, ())}
     intos: dict[float, tuple[CurveEnd, tuple[Piece, ...]]] = {0.0: (goal, ())}
