@@ -66,12 +66,12 @@ class LineRow(NamedTuple):
 
     @property
     def left_out_m(self) -> float:
-        """What is not painted."""
+        """Length of the line that is not painted (m)."""
         return self.length_m - self.painted_m
 
     @property
     def more_m(self) -> float:
-        """What is left out beyond what is too near, for each end."""
+        """Length left out beyond what is too near, for each end (m)."""
         return (self.left_out_m - self.too_near_m) / max(self.ends, 1)
 
 

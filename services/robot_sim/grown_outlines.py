@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
+from touchline.core.placed_outline import placed
 from touchline.core.robust_overlay import buffer
 from touchline.schemas.template import Polygon
 from touchline.schemas.vehicles import Vehicle
@@ -15,11 +15,7 @@ if TYPE_CHECKING:
 
 def body_at(pose: tuple[float, float, float], vehicle: Vehicle) -> shapely.Polygon:
     """Return the outline of a vehicle's body at a pose, x (m), y (m), heading (rad), map frame."""
-    import shapely
-
-    x, y, heading = pose
-    cos, sin = math.cos(heading), math.sin(heading)
-    return shapely.Polygon([(x + cos * a - sin * b, y + sin * a + cos * b) for a, b in vehicle.body.footprint_m])
+    return placed(vehicle.body.footprint_m, pose)
 
 
 def grown(name: str, shape: shapely.Polygon, by_m: float) -> Polygon:

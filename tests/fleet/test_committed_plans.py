@@ -129,7 +129,7 @@ def on_circle(count: int, seed: int) -> Floats:
 
 
 def swapped(count: int, seed: int) -> tuple[float, float]:
-    """How long a swap takes, in straight ways of full speed and a second; and how near plans come (m)."""
+    """Duration of a swap over the straight-line bound, and the least distance of plans (m)."""
     poses = on_circle(count, seed)
     side_m = float(np.abs(poses[:, :2]).max()) + 1.0
     area = FreeArea.of([(-side_m, -side_m), (side_m, -side_m), (side_m, side_m), (-side_m, side_m)])

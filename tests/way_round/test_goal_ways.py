@@ -38,7 +38,7 @@ def hits(done: GoalDrive) -> int:
 
 
 def is_shut_off(done: GoalDrive) -> bool:
-    """Whether the reason is that no way exists; it names no place if only a breach would help."""
+    """True if the reason is that no way exists; it names no place if only a breach would help."""
     return "no way exists" in done.problem or "shut off on all sides" in done.problem
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Final
 
+from touchline.core.placed_outline import placed
 from touchline.core.robust_overlay import as_area, buffer
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.standing_clearance import standing_clearance_m
@@ -27,18 +27,10 @@ def with_standing_clearance(template: Template, vehicle: Vehicle, options: PlanO
     clearance_m = standing_clearance_m(vehicle) - MARGIN_M
     if clearance_m <= 0.0 or not options.margin_m or not template.obstacles:
         return template
-    body = _body_at(options.start.tolist(), vehicle) if len(options.start) else None
+    body = placed(vehicle.body.footprint_m, options.start.tolist()) if len(options.start) else None
     return template.model_copy(
         update={"obstacles": tuple(_grown(each, clearance_m, body) for each in template.obstacles)}
     )
-
-
-def _body_at(start: list[float], vehicle: Vehicle) -> shapely.Polygon:
-    import shapely
-
-    x, y, heading = start
-    cos, sin = math.cos(heading), math.sin(heading)
-    return shapely.Polygon([(x + cos * a - sin * b, y + sin * a + cos * b) for a, b in vehicle.body.footprint_m])
 
 
 def _grown(obstacle: Polygon, by_m: float, body: shapely.Polygon | None) -> Polygon:

@@ -9,6 +9,7 @@ from typing import Final
 
 import shapely
 
+from touchline.core.placed_outline import placed
 from touchline.core.robust_overlay import as_area
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.known_ground import KnownGround
@@ -217,8 +218,7 @@ def _spare_m(
         PlanningError: It touches something.
     """
     ground = _obstructed(known, around)
-    cos, sin = math.cos(pose.heading_rad), math.sin(pose.heading_rad)
-    body = shapely.Polygon([(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y) for x, y in outline])
+    body = placed(outline, pose)
     if ground.free.contains_properly(body):
         return float(body.distance(ground.free.boundary))
     touched = [each.id for each in known.obstacles if body.intersects(shapely.Polygon(each.corners, each.holes))]

@@ -15,8 +15,8 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 
 from touchline.coordination.free_area import FreeArea
-from touchline.coordination.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask, task_of
-from touchline.jobs.team.team_guide import BelievedApart
+from touchline.coordination.tasks import ARRIVED_M, Deploy, TeamTask, task_of
+from touchline.jobs.team.team_guide import BelievedApart, Place, run_over
 from touchline.jobs.team.team_robot import TeamRobot
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.messages import LeavingTrajectory, PlanOptions, Trajectory, TraversalStatus
@@ -33,8 +33,6 @@ from touchline.services.planner.running_leg import RunningLeg
 from touchline.services.planner.segments.section import TRANSITION, Section
 from touchline.services.planner.segments.sent_segments import send
 from touchline.services.robot_sim.loaded_job import Taking
-
-Place = tuple[float, float]
 
 RADIUS_M: Final = 0.3
 LAW: Final = Law4(gain_1ps=1.0)
@@ -164,13 +162,7 @@ class PathGuide:
 
     def finished(self, tick: int) -> bool:
         """Return whether the run is over, as of `TeamGuide`."""
-        if self._task is None:
-            return False
-        late = tick - self._begun_tick >= 100.0 * self._team.duration_s - 0.5
-        if late or not isinstance(self._task, GoalLists):
-            return late
-        last = self._task.last
-        return all(math.dist(at, last.get(name, at)) <= ARRIVED_M for name, at in self._places().items())
+        return run_over(self._team, self._task, tick - self._begun_tick, self._places())
 
     def blockage(self, name: str) -> str:
         """Return why a robot does not arrive, as of `TeamGuide`."""

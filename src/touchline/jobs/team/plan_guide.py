@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping
 from contextlib import suppress
 from typing import Final
@@ -13,9 +12,9 @@ from touchline.coordination.body_contacts import body_radius_m
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans.committed_plans import CommittedPlans
 from touchline.coordination.plans.plan_kernels import PlanLimits
-from touchline.coordination.tasks import ARRIVED_M, GoalLists, TeamTask, task_of
+from touchline.coordination.tasks import TeamTask, task_of
 from touchline.core.timed_motion import STEP_S
-from touchline.jobs.team.team_guide import BelievedApart
+from touchline.jobs.team.team_guide import BelievedApart, run_over
 from touchline.jobs.team.team_robot import TeamRobot
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.team import TeamScenario
@@ -130,13 +129,7 @@ class PlanGuide:
 
     def finished(self, tick: int) -> bool:
         """Return whether the run is over, as of `TeamGuide`."""
-        if self._task is None:
-            return False
-        late = tick - self._begun_tick >= 100.0 * self._team.duration_s - 0.5
-        if late or not isinstance(self._task, GoalLists):
-            return late
-        last = self._task.last
-        return all(math.dist(at, last.get(name, at)) <= ARRIVED_M for name, at in self._places().items())
+        return run_over(self._team, self._task, tick - self._begun_tick, self._places())
 
     def blockage(self, name: str) -> str:
         """Return why a robot does not arrive, as of `TeamGuide`."""

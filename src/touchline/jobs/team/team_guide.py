@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from touchline.coordination.tasks import TeamTask
+from touchline.coordination.tasks import ARRIVED_M, GoalLists, TeamTask
+from touchline.schemas.team import TeamScenario
+
+Place = tuple[float, float]
 
 
 @dataclass
@@ -25,6 +28,23 @@ class BelievedApart:
     outside_cell_m: float = -math.inf
     nearest_plans_m: float = math.inf
     off_plan_m: float = -math.inf
+
+
+def run_over(team: TeamScenario, task: TeamTask | None, ticks: int, places: Mapping[str, Place]) -> bool:
+    """Return whether a team's time is up, or all are at their last goals.
+
+    Args:
+        team: The team.
+        task: Its task; None: it has not begun.
+        ticks: Ticks since it began.
+        places: Where each robot believes to be (m).
+    """
+    if task is None:
+        return False
+    late = ticks >= 100.0 * team.duration_s - 0.5
+    if late or not isinstance(task, GoalLists):
+        return late
+    return all(math.dist(at, task.last.get(name, at)) <= ARRIVED_M for name, at in places.items())
 
 
 class TeamGuide(Protocol):
