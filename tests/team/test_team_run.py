@@ -75,6 +75,20 @@ def test_a_goal_behind_a_wall_is_reached_by_plans() -> None:
     assert figures["contacts"] == 0
 
 
+def test_a_team_meets_in_a_passage_and_drives_on_the_right() -> None:
+    walls = [[(4.5, 0), (5.5, 0), (5.5, 1.9), (4.5, 1.9)], [(4.5, 3.1), (5.5, 3.1), (5.5, 5), (4.5, 5)]]
+    area = {"outline": [(0, 0), (10, 0), (10, 5), (0, 5)], "obstacles": walls}
+    rows = {"a": 0.8, "b": 1.9, "c": 3.0, "d": 4.1}
+    left = {name: at(1.0, y) for name, y in rows.items()}
+    right = {name.upper(): at(9.0, y) | {"heading_rad": 3.14} for name, y in rows.items()}
+    goals = {name: [(9.0, y)] for name, y in rows.items()} | {name.upper(): [(1.0, y)] for name, y in rows.items()}
+    _, figures = driven(places=left | right, area=area, task={"kind": "goals", "goals": goals}, avoid="plans")
+    assert figures["success"], figures["reason"]
+    assert figures["goals"]["all_arrived_s"] <= 25.0
+    assert figures["contacts"] == 0
+    assert figures["beyond_walls_robot_s"] == 0.0
+
+
 def test_a_robot_that_cannot_keep_to_its_plan_stops_all(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plan_guide, "body_radius_m", lambda vehicle: 0.1999)
     _, figures = driven(robots=2, task={"kind": "swap"}, world=world(1), avoid="plans", duration_s=5.0)

@@ -30,7 +30,8 @@ from numpy.typing import NDArray
 
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans import plan_kernels as k
-from touchline.coordination.plans.geodesics import Geodesics
+from touchline.coordination.plans.legs import Leg, Manner
+from touchline.coordination.plans.ways import Ways
 from touchline.core import timed_motion as t
 from touchline.schemas.errors import TouchlineError
 
@@ -84,7 +85,7 @@ class CommittedPlans:
             raise TooNear(f"two robots stand {apart_m:.3f} m apart, plans need {limits.apart_m:g} m: move them apart")
         if not all(k.clear_of_walls(plan, self._around, limits) for plan in self.plans):
             raise TooNear(f"a robot stands nearer than {limits.wall_m:g} m to a wall: move it away")
-        self._geodesics = Geodesics(area, limits.wall_m) if len(area.walls) else None
+        self._ways = Ways(area, limits.wall_m, limits.apart_m)
         self._velocities: Complexes = np.zeros(len(poses), dtype=np.complex128)
         self._nearest_m = np.full(len(poses), math.inf)
         self._nearer_s = np.zeros(len(poses))
@@ -110,19 +111,15 @@ class CommittedPlans:
         """
         self._pass_time()
         wanted = goals[:, 0] + 1j * goals[:, 1]
-        ways = [self._way(place, goal) for place, goal in zip(self.places.tolist(), wanted.tolist(), strict=True)]
-        left_m = np.array([length_m for _, length_m in ways])
+        legs = self._ways.legs(self.places, wanted)
+        left_m = np.array([leg.left_m for leg in legs])
         self._look_for_token(left_m)
         chosen: set[int] = set()
         if self.token >= 0:
-            self._drive_first(self.token, ways[self.token], chosen)
+            self._drive_first(self.token, legs[self.token], chosen)
         for who in np.argsort(left_m, kind="stable").tolist():
             if who not in chosen:
-                self._choose(who, ways[who])
-
-    def _way(self, place: complex, goal: complex) -> tuple[complex, float]:
-        """Return where to drive at on the way to a goal, and the length of that (m)."""
-        return (goal, abs(goal - place)) if self._geodesics is None else self._geodesics.way(place, goal)
+                self._choose(who, legs[who])
 
     def choose_by(self, wishes: Complexes, order: Sequence[int]) -> None:
         """Let a period pass, and robots choose plans by wished velocities, whatever these are.
@@ -139,19 +136,22 @@ class CommittedPlans:
         k.advance(self.plans, self._limits.period_steps)
         self._now_s += self._limits.period_steps * t.STEP_S
 
-    def _choose(self, who: int, way: tuple[complex, float]) -> None:
-        """Commit a robot to a plan along its way: the point to drive at, and the length of the whole way (m)."""
-        aim, left_m = way
+    def _choose(self, who: int, leg: Leg) -> None:
+        """Commit a robot to a plan along its leg."""
+        aim, left_m, manner = leg
+        if manner is Manner.WAIT:
+            self._drive(who, 0j)
+            return
         if left_m <= _STOPS_M:
             self._stop_at(who, aim)
             return
         places = self.places
         ahead = aim - complex(places[who])
         wish = self._straight(ahead)
-        round_corner = left_m > abs(ahead) + _ROUNDING_M
-        if round_corner and np.count_nonzero(np.abs(places - places[who]) < _MEETS_M) > 1:
+        free, round_corner = manner is Manner.FREE, left_m > abs(ahead) + _ROUNDING_M
+        if free and round_corner and np.count_nonzero(np.abs(places - places[who]) < _MEETS_M) > 1:
             wish = self._straight(ahead - 1j * _KEEP_RIGHT_M * wish / self._limits.speed_max_mps)
-        if abs(ahead) > _FAR_M:
+        if free and abs(ahead) > _FAR_M:
             wish *= cmath.exp(-1j * _RIGHT_RAD)
         self._drive(who, k.avoiding(places, self._velocities, who, wish, self._limits))
 
@@ -177,13 +177,12 @@ class CommittedPlans:
         """Return full speed (m/s) along a way (m)."""
         return way / abs(way) * self._limits.speed_max_mps if way else 0j
 
-    def _drive_first(self, who: int, way: tuple[complex, float], chosen: set[int]) -> None:
+    def _drive_first(self, who: int, leg: Leg, chosen: set[int]) -> None:
         """Commit the robot with the token to a plan straight to its goal, after all in its way have made way."""
-        aim, left_m = way
-        wish = self._straight(aim - self.places[who])
+        wish = self._straight(leg.aim - self.places[who])
         self._clear_way(who, wish, chosen)
-        if left_m <= _STOPS_M:
-            self._choose(who, way)
+        if leg.left_m <= _STOPS_M:
+            self._stop_at(who, leg.aim)
         else:
             self._drive(who, wish)
 

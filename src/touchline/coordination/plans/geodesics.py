@@ -7,21 +7,27 @@ area is shrunk by the distance that plans keep from walls, and a little more, so
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.coordination.free_area import FreeArea
 
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry as Shape
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Complexes = NDArray[np.complex128]
 
 _PITCH_M: Final = 0.1
 _ROOM_M: Final = 0.02
 _GRAZED_M: Final = 1e-3
-"""Distance beyond that of plans to which a straight way may graze a wall."""
+"""Distance beyond that of plans to which a straight way may graze a wall; a clear way keeps as much more than that."""
 _NEAREST: Final = 16
+_KEPT: Final = 256
+"""Goals of which the ways are kept: those of some tasks move on with every update."""
 _STEPS: Final = tuple((x, y) for x in range(-2, 3) for y in range(-2, 3) if math.gcd(x, y) == 1)
 
 
@@ -39,7 +45,9 @@ class Geodesics:
 
         room = area.shape.buffer(-(wall_m + _ROOM_M))
         self._sight = area.shape.buffer(-(wall_m - _GRAZED_M))
+        self._clear = area.shape.buffer(-(wall_m + _GRAZED_M))
         shapely.prepare(self._sight)
+        shapely.prepare(self._clear)
         low, high = area.hull.min(axis=0), area.hull.max(axis=0)
         across, up = (math.floor(n) + 1 for n in (high - low) / _PITCH_M)
         column, row = (grid.ravel() for grid in np.meshgrid(np.arange(across), np.arange(up)))
@@ -54,7 +62,7 @@ class Geodesics:
         starts, ends = starts[clear], ends[clear]
         lengths = np.hypot(*(self._nodes[starts] - self._nodes[ends]).T)
         self._graph = csr_array((lengths, (starts, ends)), shape=(len(self._nodes), len(self._nodes)))
-        self._fields: dict[complex, tuple[Floats, Ints]] = {}
+        self._fields: dict[int, tuple[Floats, Ints]] = {}
 
     def way(self, place: complex, goal: complex) -> tuple[complex, float]:
         """Return the farthest point of the way to a goal that is seen from a place, and the length of the way.
@@ -66,39 +74,90 @@ class Geodesics:
         Returns:
             The goal itself if it is seen, or if there is no way; and metres.
         """
-        if self._sees(place, goal):
+        if self.sees(place, goal):
             return goal, abs(goal - place)
         left_m, onward = self._field(goal)
         at, seen, length_m = self._nearest_seen(place), goal, abs(goal - place)
-        while at >= 0 and self._sees(place, node := complex(*self._nodes[at])):
+        while at >= 0 and self.sees(place, node := complex(*self._nodes[at])):
             seen, length_m, at = node, abs(node - place) + float(left_m[at]), int(onward[at])
         return (seen, length_m) if math.isfinite(length_m) else (goal, abs(goal - place))
+
+    @property
+    def nodes(self) -> Complexes:
+        """(n,) points of the grid, x + iy (m)."""
+        found: Complexes = self._nodes[:, 0] + 1j * self._nodes[:, 1]
+        return found
+
+    def nodes_to(self, place: complex, goal: complex) -> Complexes:
+        """Return (k,) the points of the grid on the way from a place to a goal (m); none if there is no way."""
+        left_m, onward = self._field(goal)
+        at, found = self._nearest_seen(place), list[int]()
+        while at >= 0 and math.isfinite(left_m[at]):
+            found.append(at)
+            at = int(onward[at])
+        return self.nodes[found]
+
+    def ways_between(self, places: Complexes, most_m: float) -> dict[tuple[int, int], Complexes]:
+        """Return ways between places that are not longer than a length, there and back on the same points.
+
+        Args:
+            places: (n,) x + iy (m).
+            most_m: The length.
+
+        Returns:
+            By the numbers of two places: (k,) points of the way from the first to the second (m).
+        """
+        from scipy.sparse.csgraph import dijkstra
+
+        nearest = np.array([self._nearest_seen(place) for place in places.tolist()])
+        lengths_m, onward = dijkstra(self._graph, indices=nearest, return_predecessors=True, limit=most_m)
+        nodes, found = self.nodes, dict[tuple[int, int], Complexes]()
+        for end, start in np.argwhere(np.isfinite(lengths_m[:, nearest])).tolist():
+            if start < end:
+                at, between = int(nearest[start]), list[int]()
+                while at >= 0:
+                    between.append(at)
+                    at = int(onward[end, at])
+                line = np.concatenate((places[[start]], nodes[between], places[[end]]))
+                found[start, end], found[end, start] = line, line[::-1]
+        return found
 
     def _field(self, goal: complex) -> tuple[Floats, Ints]:
         """Return (nodes,) the distance from each to a goal (m), and the next node on the way; negative: none."""
         from scipy.sparse.csgraph import dijkstra
 
-        if goal not in self._fields:
-            ends = np.array([self._off(goal).argmin()])
-            left_m, onward = dijkstra(self._graph, indices=ends, return_predecessors=True)
-            self._fields[goal] = left_m[0], onward[0].astype(np.int64)
-        return self._fields[goal]
+        end = int(self._off(goal).argmin())
+        if end not in self._fields:
+            if len(self._fields) >= _KEPT:
+                del self._fields[next(iter(self._fields))]
+            left_m, onward = dijkstra(self._graph, indices=np.array([end]), return_predecessors=True)
+            self._fields[end] = left_m[0], onward[0].astype(np.int64)
+        return self._fields[end]
 
     def _nearest_seen(self, place: complex) -> int:
-        """Return the nearest node that is seen from a place; −1: none."""
-        nearest = self._off(place).argsort()[:_NEAREST]
-        return next((int(node) for node in nearest if self._sees(place, complex(*self._nodes[node]))), -1)
+        """Return the nearest node that is seen from a place, or the nearest of all."""
+        nearest = self._off(place).argsort()[:_NEAREST].tolist()
+        return int(next((node for node in nearest if self.sees(place, complex(*self._nodes[node]))), nearest[0]))
 
     def _off(self, place: complex) -> Floats:
         """Return (nodes,) the distance of each node from a place (m)."""
         found: Floats = np.hypot(self._nodes[:, 0] - place.real, self._nodes[:, 1] - place.imag)
         return found
 
-    def _sees(self, place: complex, other: complex) -> bool:
-        """Return whether the straight way between two places keeps off walls."""
-        import shapely
+    def sees(self, place: complex, other: complex) -> bool:
+        """Return whether the straight way between two places (m) keeps off walls."""
+        return _holds(self._sight, place, other)
 
-        return bool(self._sight.covers(shapely.LineString(((place.real, place.imag), (other.real, other.imag)))))
+    def clear(self, place: complex, other: complex) -> bool:
+        """Return whether it keeps so far off walls that a plan along it is permitted."""
+        return _holds(self._clear, place, other)
+
+
+def _holds(shape: Shape, place: complex, other: complex) -> bool:
+    """Return whether the straight way between two places (m) lies in an area."""
+    import shapely
+
+    return bool(shape.covers(shapely.LineString(((place.real, place.imag), (other.real, other.imag)))))
 
 
 def _edges(number: Ints, column: Ints, row: Ints, step: tuple[int, int], size: tuple[int, int]) -> tuple[Ints, Ints]:
