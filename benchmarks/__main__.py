@@ -21,6 +21,7 @@ LONG = frozenset(
         "routes",
         "shared",
         "stops",
+        "team_passages",
         "team_plans",
         "kills",
         "soak",

@@ -6,17 +6,23 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 from numpy.typing import NDArray
 
 from tests.fleet.test_committed_plans import LIMITS, PERIOD_S, ROUNDING_M
 from touchline.coordination.free_area import FreeArea
+from touchline.coordination.plans import move_order
 from touchline.coordination.plans.committed_plans import CommittedPlans
 from touchline.coordination.plans.geodesics import Geodesics
 from touchline.coordination.plans.lanes import Lanes
 from touchline.coordination.plans.legs import Leg, Manner
+from touchline.coordination.plans.move_order import Move, MoveOrder
+from touchline.coordination.plans.ordered_ways import OrderedWays
 from touchline.coordination.plans.passages import find_passages
+from touchline.coordination.plans.roadmap import CLEARER_M, Roadmap, roadmap_of
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 
 APART_M = LIMITS.apart_m
 
@@ -31,7 +37,8 @@ def hall(width_m: float, length_m: float = 1.0) -> FreeArea:
 @pytest.mark.parametrize("length_m", [0.1, 1.0, 3.0])
 @pytest.mark.parametrize("width_m", [0.6, 1.2, 2.4])
 def test_a_passage_is_found_with_its_width_and_its_mouths(width_m: float, length_m: float) -> None:
-    [passage] = find_passages(hall(width_m, length_m), APART_M)
+    [passage], least_m = find_passages(hall(width_m, length_m), APART_M)
+    assert least_m == passage.width_m
     assert passage.width_m == pytest.approx(width_m, abs=0.02)
     mouths = sorted(passage.line[[0, -1]].real)
     assert mouths == pytest.approx([5.0 - 0.5 * length_m, 5.0 + 0.5 * length_m], abs=0.35)
@@ -44,21 +51,32 @@ BENT = FreeArea.of([(0, 0), *_RIGHT, *_LEFT])
 """Two rooms, and an L-shaped corridor of 1.2 m between them."""
 
 
+CORRIDOR = FreeArea.of([(0, 0), (7, 0), (7, 0.7), (3.7, 0.7), (3.7, 1.9), (3, 1.9), (3, 0.7), (0, 0.7)])
+"""A corridor 0.7 m wide, with a place to stand aside in its middle."""
+
+
 def test_a_passage_is_found_round_a_corner() -> None:
-    [passage] = find_passages(BENT, APART_M)
+    [passage], _ = find_passages(BENT, APART_M)
     assert passage.width_m == pytest.approx(1.2, abs=0.02)
     assert sorted(passage.line[[0, -1]].real) == pytest.approx([4.0, 6.6], abs=0.1)
 
 
 def test_neither_open_ground_nor_a_dead_end_nor_a_slit_is_a_passage() -> None:
-    assert not find_passages(FreeArea.of([(0, 0), (5, 0), (5, 4), (0, 4)]), APART_M)
-    assert not find_passages(FreeArea.of([(0, 0), (5, 0), (5, 2), (8, 2), (8, 3), (5, 3), (5, 5), (0, 5)]), APART_M)
-    assert not find_passages(hall(0.35), APART_M)
+    assert find_passages(FreeArea.of([(0, 0), (5, 0), (5, 4), (0, 4)]), APART_M) == ([], math.inf)
+    dead_end = FreeArea.of([(0, 0), (5, 0), (5, 2), (8, 2), (8, 3), (5, 3), (5, 5), (0, 5)])
+    passages, least_m = find_passages(dead_end, APART_M)
+    assert not passages
+    assert least_m == pytest.approx(1.0, abs=0.02)
+    assert find_passages(hall(0.35), APART_M) == ([], math.inf)
+
+
+def test_corridors_that_lead_to_corridors_are_no_passages() -> None:
+    assert find_passages(CORRIDOR, APART_M) == ([], 0.0)
 
 
 def legs_of(area: FreeArea, places: list[complex], goals: list[complex]) -> list[Leg]:
     """Legs of robots."""
-    lanes = Lanes(find_passages(area, APART_M), Geodesics(area, LIMITS.wall_m), APART_M)
+    lanes = Lanes(find_passages(area, APART_M)[0], Geodesics(area, LIMITS.wall_m), APART_M)
     return lanes.legs(np.array(places), np.array(goals))
 
 
@@ -108,3 +126,80 @@ def test_robots_meet_in_a_bent_corridor() -> None:
     below, above = [(1.0, 1.0), (2.0, 1.0), (1.0, 3.0)], [(4.0, 7.0), (8.0, 7.0), (8.0, 6.0)]
     starts = np.array([(x, y, 0.0) for x, y in below + above])
     assert through(BENT, starts, np.array(above + below)) <= 40.0
+
+
+def crossing() -> tuple[Roadmap, list[int], list[int]]:
+    """Roadmap of the corridor, and starts and goals of two robots that have to pass each other."""
+    ends = np.array([0.4 + 0.35j, 6.6 + 0.35j])
+    return roadmap_of(Geodesics(CORRIDOR, LIMITS.wall_m), ends, APART_M), [0, 1], [1, 0]
+
+
+def test_places_of_a_roadmap_keep_apart_and_moves_close_those_near_to_them() -> None:
+    roadmap, _, _ = crossing()
+    apart_m = np.abs(roadmap.places[:, None] - roadmap.places) + np.diag(np.full(len(roadmap.places), np.inf))
+    assert apart_m.min() >= APART_M + 0.1 - ROUNDING_M
+    for line, closed, start in zip(roadmap.lines, roadmap.closed, roadmap.starts, strict=True):
+        off_m = shapely.distance(line, shapely.points(roadmap.places.real, roadmap.places.imag))
+        np.testing.assert_array_equal(closed, (off_m < APART_M + CLEARER_M) & (np.arange(len(closed)) != start))
+
+
+def test_an_order_of_moves_leads_past_each_other_and_nobody_moves_where_another_stands() -> None:
+    roadmap, at, goals = crossing()
+    moves = MoveOrder(roadmap, goals).find(at)
+    assert moves is not None
+    for robot, move in moves:
+        assert roadmap.starts[move] == at[robot]
+        assert not any(roadmap.closed[move, place] for other, place in enumerate(at) if other != robot)
+        at[robot] = int(roadmap.ends[move])
+    assert at == goals
+
+
+def test_robots_that_push_each_other_to_and_fro_take_one_goal_after_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    roadmap, at, goals = crossing()
+    monkeypatch.setattr(move_order, "_TRIES_BY_GOAL", 0)
+    assert MoveOrder(roadmap, goals).find(at) is None
+    follows = [next(place for place in range(2, len(roadmap.places)) if abs(roadmap.places[place] - 1.9) < 0.4), 0]
+    assert MoveOrder(roadmap, [goals[0], follows[0]]).find(follows) is not None
+
+
+def test_ways_there_and_back_are_left_out_unless_somebody_passes_meanwhile() -> None:
+    roadmap, _, _ = crossing()
+    place = int(np.abs(roadmap.places - (3.5 + 0.5j)).argmin())
+    there = roadmap.moves_from[place][0]
+    back = next(move for move in roadmap.moves_from[roadmap.ends[there]] if roadmap.ends[move] == place)
+    passes = int(np.flatnonzero(roadmap.closed[:, place])[0])
+    assert not move_order.without_loops([Move(0, there), Move(0, back)], roadmap)
+    needed = [Move(0, there), Move(1, passes), Move(0, back)]
+    assert move_order.without_loops(needed, roadmap) == needed
+
+
+def test_robots_pass_each_other_in_a_corridor_with_room_for_one() -> None:
+    starts = np.array([(0.4, 0.35, 0.0), (6.6, 0.35, math.pi), (5.5, 0.35, 0.0)])
+    assert through(CORRIDOR, starts, np.array([(6.6, 0.35), (0.4, 0.35), (5.5, 0.35)])) <= 90.0
+
+
+def test_a_robot_waits_for_those_whose_moves_come_first() -> None:
+    ways = OrderedWays(Geodesics(CORRIDOR, LIMITS.wall_m), APART_M)
+    places, goals = np.array([0.4 + 0.35j, 6.6 + 0.35j]), np.array([6.6 + 0.35j, 0.4 + 0.35j])
+    waits_s = 0
+    for _ in range(200):
+        legs = ways.legs(places, places, goals)
+        assert legs is not None
+        waits_s += sum(leg.aim == place and leg.left_m > 1.0 for leg, place in zip(legs, places, strict=True))
+        for robot, leg in enumerate(legs):
+            step = leg.aim - places[robot]
+            places[robot] += step * min(1.0, 0.2 / max(abs(step), 1e-9))
+        assert abs(places[0] - places[1]) >= APART_M
+    assert waits_s > 5
+    assert np.abs(places - goals).max() <= 0.1
+
+
+def test_no_order_is_planned_while_goals_move_on_or_two_are_the_same() -> None:
+    ways = OrderedWays(Geodesics(CORRIDOR, LIMITS.wall_m), APART_M)
+    places: Complexes = np.array([0.4 + 0.35j, 6.6 + 0.35j])
+    goals: Complexes = np.array([6.6 + 0.35j, 0.4 + 0.35j])
+    assert ways.legs(places, places, goals) is not None
+    assert ways.legs(places, places, goals + 0.1) is None
+    assert ways.legs(places, places, goals - 0.1) is None
+    assert ways.legs(places, places, goals - 0.1) is not None
+    assert OrderedWays(Geodesics(CORRIDOR, LIMITS.wall_m), APART_M).legs(places, places, goals[[0, 0]]) is None

@@ -33,10 +33,12 @@ from touchline.coordination.plans import plan_kernels as k
 from touchline.coordination.plans.legs import Leg, Manner
 from touchline.coordination.plans.ways import Ways
 from touchline.core import timed_motion as t
+from touchline.core.angles import wrapped
 from touchline.schemas.errors import TouchlineError
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
+Bools = NDArray[np.bool_]
 
 _RIGHT_RAD: Final = math.radians(21.0)
 _FAR_M: Final = 2.0
@@ -49,6 +51,9 @@ _STOPS_M: Final = 0.6
 _THERE_M: Final = 0.03
 """A robot that rests this near to its goal stays."""
 _AT_GOAL_M: Final = 0.1
+# A robot that is to drive on a line turns nearly to it first: share of full speed until then, and the angle.
+_TURNS: Final = 0.05
+_FACES_RAD: Final = 0.4
 _NEARER_M: Final = 0.1
 _PATIENCE_S: Final = 3.0
 _TOKEN_S: Final = 15.0
@@ -111,9 +116,11 @@ class CommittedPlans:
         """
         self._pass_time()
         wanted = goals[:, 0] + 1j * goals[:, 1]
-        legs = self._ways.legs(self.places, wanted)
+        legs = self._ways.legs(self.places, self.plans[:, -1, t.X] + 1j * self.plans[:, -1, t.Y], wanted)
         left_m = np.array([leg.left_m for leg in legs])
-        self._look_for_token(left_m)
+        self._look_for_token(
+            left_m, np.array([self._waits(*each) for each in zip(self.places.tolist(), legs, strict=True)])
+        )
         chosen: set[int] = set()
         if self.token >= 0:
             self._drive_first(self.token, legs[self.token], chosen)
@@ -142,18 +149,27 @@ class CommittedPlans:
         if manner is Manner.WAIT:
             self._drive(who, 0j)
             return
-        if left_m <= _STOPS_M:
-            self._stop_at(who, aim)
-            return
         places = self.places
         ahead = aim - complex(places[who])
+        if left_m <= _STOPS_M or (manner is Manner.EXACT and abs(ahead) <= _STOPS_M):
+            self._stop_at(who, aim)
+            return
         wish = self._straight(ahead)
+        if manner is Manner.EXACT:
+            off = abs(wrapped(cmath.phase(ahead) - self.plans[who, 0, t.HEADING]))
+            self._drive(who, wish if off <= _FACES_RAD else _TURNS * wish)
+            return
         free, round_corner = manner is Manner.FREE, left_m > abs(ahead) + _ROUNDING_M
         if free and round_corner and np.count_nonzero(np.abs(places - places[who]) < _MEETS_M) > 1:
             wish = self._straight(ahead - 1j * _KEEP_RIGHT_M * wish / self._limits.speed_max_mps)
         if free and abs(ahead) > _FAR_M:
             wish *= cmath.exp(-1j * _RIGHT_RAD)
         self._drive(who, k.avoiding(places, self._velocities, who, wish, self._limits))
+
+    @staticmethod
+    def _waits(place: complex, leg: Leg) -> bool:
+        """Return whether a robot waits for others, as its leg tells it to."""
+        return leg.manner is Manner.WAIT or (leg.manner is Manner.EXACT and abs(leg.aim - place) <= _AT_GOAL_M)
 
     def _stop_at(self, who: int, goal: complex) -> None:
         """Commit a robot to the plan whose place of rest is nearest to its goal (m)."""
@@ -181,8 +197,8 @@ class CommittedPlans:
         """Commit the robot with the token to a plan straight to its goal, after all in its way have made way."""
         wish = self._straight(leg.aim - self.places[who])
         self._clear_way(who, wish, chosen)
-        if leg.left_m <= _STOPS_M:
-            self._stop_at(who, leg.aim)
+        if leg.left_m <= _STOPS_M or leg.manner is Manner.EXACT:
+            self._choose(who, leg)
         else:
             self._drive(who, wish)
 
@@ -207,9 +223,14 @@ class CommittedPlans:
         ways[:, t.X], ways[:, t.Y] = np.real((here, here + aside)), np.imag((here, here + aside))
         return aside if k.clear_of_walls(ways, self._around, self._limits) else self._straight(off)
 
-    def _look_for_token(self, left_m: Floats) -> None:
-        """Give the token to who has waited longest, if nobody has it; take it from who is there, or had it too long."""
-        nearer = left_m < self._nearest_m - _NEARER_M
+    def _look_for_token(self, left_m: Floats, waits: Bools) -> None:
+        """Give the token to who has waited longest, if nobody has it; take it from who is there, or had it too long.
+
+        Args:
+            left_m: (n,) length of each robot's way.
+            waits: (n,) who waits as it should.
+        """
+        nearer = (left_m < self._nearest_m - _NEARER_M) | waits
         self._nearest_m[nearer], self._nearer_s[nearer] = left_m[nearer], self._now_s
         there = left_m <= _AT_GOAL_M
         self._nearer_s[there] = self._now_s

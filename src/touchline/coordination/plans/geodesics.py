@@ -34,12 +34,17 @@ _STEPS: Final = tuple((x, y) for x in range(-2, 3) for y in range(-2, 3) if math
 class Geodesics:
     """Ways within an area.
 
-    Args:
-        area: The area.
-        wall_m: Distance that plans keep from walls.
+    Attributes:
+        rows: (n, 2) column and row of each point of the grid.
     """
 
     def __init__(self, area: FreeArea, wall_m: float) -> None:
+        """Lay the grid.
+
+        Args:
+            area: The area.
+            wall_m: Distance that plans keep from walls.
+        """
         import shapely
         from scipy.sparse import csr_array
 
@@ -54,6 +59,7 @@ class Geodesics:
         at = low + _PITCH_M * np.column_stack((column, row))
         free = shapely.contains_xy(room, at)
         self._nodes: Floats = at[free]
+        self.rows: Ints = np.column_stack((column, row))[free]
         number: Ints = np.full(across * up, -1, dtype=np.int64)
         number[free] = np.arange(int(free.sum()))
         edges = [_edges(number, column, row, step, (across, up)) for step in _STEPS]

@@ -49,8 +49,8 @@ def line_of(points: Complexes) -> LineString:
     return shapely.LineString(np.column_stack((points.real, points.imag)))
 
 
-def points_of(line: BaseGeometry) -> Complexes:
-    """Return (k,) the points of a line (m)."""
+def points_of(line: BaseGeometry | NDArray[np.object_]) -> Complexes:
+    """Return (k,) the points of a line, or of several points (m)."""
     import shapely
 
     corners = shapely.get_coordinates(line)

@@ -2,15 +2,15 @@
 
 The medial axis is taken from the Voronoi diagram of points on the border: its ridges between points that face each
 other across the free space. Ridges along which the space is narrow, but wide enough for a robot, form stretches, which
-meet at forks. A stretch whose two ends are both in a room is a *passage*. Other narrow stretches are parts of mazes:
-they fork, or end in a dead end.
+meet at forks. A stretch whose two ends are both in a room is a *passage*, one with an end in a room leads to a dead
+end. Others are parts of a maze.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from touchline.coordination.free_area import FreeArea
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
+    from shapely.geometry.base import BaseGeometry
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -36,6 +37,7 @@ _AS_NARROW: Final = 1.1
 _STEP_M: Final = 0.1
 _SMOOTHED: Final = 5
 _INTO_ROOM_M: Final = 0.05
+_ENDS: Final = [0, -1]
 
 
 @dataclass(frozen=True)
@@ -51,17 +53,29 @@ class Passage:
     width_m: float
 
 
-def find_passages(area: FreeArea, least_m: float) -> list[Passage]:
+def find_passages(area: FreeArea, least_m: float) -> tuple[list[Passage], float]:
     """Find the passages of an area.
 
     Args:
         area: The area.
         least_m: Width that robots need.
+
+    Returns:
+        The passages, and the least width of any stretch (m), 0 if stretches fork or lead from one to another; inf if
+        there is none.
     """
     points, graph = _narrow_axis(area, least_m)
     rooms = area.shape.buffer(-0.5 * _ROOM_M).buffer(0.5 * _ROOM_M + _INTO_ROOM_M)
-    lines = [line for nodes in _stretches(graph) if (line := _as_line(nodes, graph)) is not None]
-    return [_passage(points[line], area) for line in lines if _joins_rooms(points[line], rooms)]
+    found, least_width_m = list[Passage](), math.inf
+    for nodes in _stretches(graph):
+        line = _as_line(nodes, graph)
+        if line is None or not (in_rooms := _in_rooms(points[line], rooms)):
+            return found, 0.0
+        passage = _passage(points[line], area)
+        least_width_m = min(least_width_m, passage.width_m)
+        if in_rooms == len(_ENDS):
+            found.append(passage)
+    return found, least_width_m
 
 
 def _narrow_axis(area: FreeArea, least_m: float) -> tuple[Complexes, csr_array]:
@@ -110,11 +124,12 @@ def _as_line(nodes: Ints, graph: csr_array) -> Ints | None:
     return np.array(line)
 
 
-def _joins_rooms(points: Complexes, rooms: Any) -> bool:
-    """Return whether both ends of a line are in rooms."""
+def _in_rooms(points: Complexes, rooms: BaseGeometry) -> int:
+    """Return how many ends of a line are in rooms."""
     import shapely
 
-    return bool(shapely.contains_xy(rooms, points[[0, -1]].real, points[[0, -1]].imag).all())
+    ends = points[_ENDS]
+    return int(np.count_nonzero(shapely.contains_xy(rooms, ends.real, ends.imag)))
 
 
 def _passage(points: Complexes, area: FreeArea) -> Passage:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,9 +11,14 @@ from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans.geodesics import Geodesics
 from touchline.coordination.plans.lanes import Lanes
 from touchline.coordination.plans.legs import Leg
+from touchline.coordination.plans.ordered_ways import OrderedWays
 from touchline.coordination.plans.passages import find_passages
 
 Complexes = NDArray[np.complex128]
+
+
+_ROOM_M: Final = 0.05
+"""Width that two robots need beside each other in a passage, beyond that of plans, on each side."""
 
 
 class Ways:
@@ -25,16 +32,23 @@ class Ways:
 
     def __init__(self, area: FreeArea, wall_m: float, apart_m: float) -> None:
         self._lanes: Lanes | None = None
+        self._ordered: OrderedWays | None = None
         if len(area.walls):
-            self._lanes = Lanes(find_passages(area, apart_m), Geodesics(area, wall_m), apart_m)
+            geodesics = Geodesics(area, wall_m)
+            passages, least_width_m = find_passages(area, 2.0 * wall_m)
+            self._lanes = Lanes(passages, geodesics, apart_m)
+            if least_width_m < apart_m + 2.0 * (wall_m + _ROOM_M):
+                self._ordered = OrderedWays(geodesics, apart_m)
 
-    def legs(self, places: Complexes, goals: Complexes) -> list[Leg]:
+    def legs(self, places: Complexes, rests: Complexes, goals: Complexes) -> list[Leg]:
         """Return the next part of each robot's way.
 
         Args:
             places: (n,) of the robots (m).
+            rests: (n,) where they would come to rest now (m).
             goals: (n,) m.
         """
-        if self._lanes is not None:
-            return self._lanes.legs(places, goals)
-        return [Leg(goal, abs(goal - place)) for place, goal in zip(places.tolist(), goals.tolist(), strict=True)]
+        if self._lanes is None:
+            return [Leg(goal, abs(goal - place)) for place, goal in zip(places.tolist(), goals.tolist(), strict=True)]
+        ordered = self._ordered.legs(places, rests, goals) if self._ordered is not None and len(places) > 1 else None
+        return ordered if ordered is not None else self._lanes.legs(places, goals)
