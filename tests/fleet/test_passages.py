@@ -15,6 +15,7 @@ from touchline.coordination.plans import move_order
 from touchline.coordination.plans.committed_plans import CommittedPlans
 from touchline.coordination.plans.geodesics import Geodesics
 from touchline.coordination.plans.lanes import Lanes
+from touchline.coordination.plans.leases import Lease
 from touchline.coordination.plans.legs import Leg, Manner
 from touchline.coordination.plans.move_order import Move, MoveOrder
 from touchline.coordination.plans.ordered_ways import OrderedWays
@@ -25,6 +26,7 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 APART_M = LIMITS.apart_m
+TWO_M = 0.9
 
 
 def hall(width_m: float, length_m: float = 1.0) -> FreeArea:
@@ -37,8 +39,8 @@ def hall(width_m: float, length_m: float = 1.0) -> FreeArea:
 @pytest.mark.parametrize("length_m", [0.1, 1.0, 3.0])
 @pytest.mark.parametrize("width_m", [0.6, 1.2, 2.4])
 def test_a_passage_is_found_with_its_width_and_its_mouths(width_m: float, length_m: float) -> None:
-    [passage], least_m = find_passages(hall(width_m, length_m), APART_M)
-    assert least_m == passage.width_m
+    [passage], others_m = find_passages(hall(width_m, length_m), APART_M)
+    assert others_m == math.inf
     assert passage.width_m == pytest.approx(width_m, abs=0.02)
     mouths = sorted(passage.line[[0, -1]].real)
     assert mouths == pytest.approx([5.0 - 0.5 * length_m, 5.0 + 0.5 * length_m], abs=0.35)
@@ -64,9 +66,9 @@ def test_a_passage_is_found_round_a_corner() -> None:
 def test_neither_open_ground_nor_a_dead_end_nor_a_slit_is_a_passage() -> None:
     assert find_passages(FreeArea.of([(0, 0), (5, 0), (5, 4), (0, 4)]), APART_M) == ([], math.inf)
     dead_end = FreeArea.of([(0, 0), (5, 0), (5, 2), (8, 2), (8, 3), (5, 3), (5, 5), (0, 5)])
-    passages, least_m = find_passages(dead_end, APART_M)
+    passages, others_m = find_passages(dead_end, APART_M)
     assert not passages
-    assert least_m == pytest.approx(1.0, abs=0.02)
+    assert others_m == pytest.approx(1.0, abs=0.02)
     assert find_passages(hall(0.35), APART_M) == ([], math.inf)
 
 
@@ -76,8 +78,8 @@ def test_corridors_that_lead_to_corridors_are_no_passages() -> None:
 
 def legs_of(area: FreeArea, places: list[complex], goals: list[complex]) -> list[Leg]:
     """Legs of robots."""
-    lanes = Lanes(find_passages(area, APART_M)[0], Geodesics(area, LIMITS.wall_m), APART_M)
-    return lanes.legs(np.array(places), np.array(goals))
+    lanes = Lanes(find_passages(area, APART_M)[0], Geodesics(area, LIMITS.wall_m), APART_M, TWO_M)
+    return lanes.legs(np.array(places), np.array(goals), 0.0)
 
 
 def test_robots_keep_to_the_right_of_a_passage_and_of_the_way_to_it() -> None:
@@ -114,18 +116,65 @@ def through(area: FreeArea, starts: Floats, goals: Floats) -> float:
     return now_s
 
 
-@pytest.mark.parametrize("width_m", [0.92, 1.2, 2.0])
-def test_four_robots_on_each_side_of_a_passage_change_sides(width_m: float) -> None:
+@pytest.mark.parametrize(("width_m", "most_s"), [(0.7, 50.0), (0.92, 25.0), (1.2, 25.0), (2.0, 25.0)])
+def test_four_robots_on_each_side_of_a_passage_change_sides(width_m: float, most_s: float) -> None:
     y = np.array([0.8, 1.9, 3.0, 4.1])
     left, right = np.column_stack((np.full(4, 1.0), y)), np.column_stack((np.full(4, 9.0), y))
     starts = np.column_stack((np.concatenate((left, right)), np.repeat((0.0, math.pi), 4)))
-    assert through(hall(width_m), starts, np.concatenate((right, left))) <= 25.0
+    assert through(hall(width_m), starts, np.concatenate((right, left))) <= most_s
 
 
 def test_robots_meet_in_a_bent_corridor() -> None:
     below, above = [(1.0, 1.0), (2.0, 1.0), (1.0, 3.0)], [(4.0, 7.0), (8.0, 7.0), (8.0, 6.0)]
     starts = np.array([(x, y, 0.0) for x, y in below + above])
     assert through(BENT, starts, np.array(above + below)) <= 40.0
+
+
+def test_where_there_is_room_for_one_a_robot_waits_beside_the_way_until_it_has_the_lease() -> None:
+    enters, waits, comes = legs_of(hall(0.7), [4.0 + 2.4j, 7.4 + 3.4j, 9 + 1j], [9 + 1j, 1 + 1j, 1 + 2j])
+    assert enters.manner is Manner.LANE
+    assert enters.aim.imag == pytest.approx(2.5, abs=0.01)
+    assert waits.manner is Manner.WAIT
+    assert comes.manner is Manner.LANE
+    assert comes.aim.imag > 3.0
+
+
+def test_robots_that_stand_behind_the_exit_keep_others_from_entering() -> None:
+    stand = [6.0 + 2.2j, 6.5 + 2.2j, 7.0 + 2.2j]
+    leg, *_ = legs_of(hall(0.7), [3.6 + 2.4j, *stand], [9 + 1j, *stand])
+    assert leg.aim.real < 4.0
+    leg, *_ = legs_of(hall(0.7), [3.6 + 2.4j, *stand[1:]], [9 + 1j, *stand[1:]])
+    assert leg.aim.real > 4.0
+
+
+def test_a_lease_is_for_one_direction_until_all_have_left() -> None:
+    lease = Lease()
+    lease.update(0.0, {0: (0, 1.0), 1: (1, 2.0), 2: (0, 3.0)}, (3, 3))
+    assert lease.holders == {0, 2}
+    lease.update(1.0, {0: (0, -0.5), 1: (1, 1.0)}, (3, 3))
+    assert lease.holders == {0}
+    lease.update(2.0, {1: (1, 1.0), 3: (0, 0.5)}, (3, 3))
+    assert lease.holders == {1}  # who has waited longest, not who is nearest
+
+
+def test_a_batch_is_closed_when_others_have_waited_for_ten_seconds() -> None:
+    for now_s, joins in ((9.0, True), (11.0, False)):
+        lease = Lease()
+        lease.update(0.0, {0: (0, 1.0), 1: (1, 2.0)}, (3, 3))
+        lease.update(now_s, {0: (0, -0.5), 1: (1, 2.0), 2: (0, 1.0)}, (3, 3))
+        assert (2 in lease.holders) is joins
+        lease.update(now_s + 5.0, {1: (1, 2.0), 3: (0, 1.0)}, (3, 3))
+        assert lease.holders == {1}
+
+
+def test_nobody_enters_for_whom_there_is_no_place_behind_the_exit() -> None:
+    lease = Lease()
+    lease.update(0.0, {0: (0, 1.0), 1: (0, 2.0)}, (0, 3))
+    assert not lease.holders
+    lease.update(1.0, {0: (0, 1.0), 1: (0, 2.0)}, (1, 3))
+    assert lease.holders == {0}
+    lease.update(2.0, {0: (0, -0.5), 1: (0, 1.0)}, (0, 3))
+    assert lease.holders == {0}
 
 
 def crossing() -> tuple[Roadmap, list[int], list[int]]:

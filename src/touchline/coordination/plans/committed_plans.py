@@ -116,7 +116,7 @@ class CommittedPlans:
         """
         self._pass_time()
         wanted = goals[:, 0] + 1j * goals[:, 1]
-        legs = self._ways.legs(self.places, self.plans[:, -1, t.X] + 1j * self.plans[:, -1, t.Y], wanted)
+        legs = self._ways.legs(self.places, self.plans[:, -1, t.X] + 1j * self.plans[:, -1, t.Y], wanted, self._now_s)
         left_m = np.array([leg.left_m for leg in legs])
         self._look_for_token(
             left_m, np.array([self._waits(*each) for each in zip(self.places.tolist(), legs, strict=True)])

@@ -61,21 +61,22 @@ def find_passages(area: FreeArea, least_m: float) -> tuple[list[Passage], float]
         least_m: Width that robots need.
 
     Returns:
-        The passages, and the least width of any stretch (m), 0 if stretches fork or lead from one to another; inf if
-        there is none.
+        The passages, and the least width of all other narrow stretches (m): 0 if they fork or lead from one to
+        another, inf if there are none.
     """
     points, graph = _narrow_axis(area, least_m)
     rooms = area.shape.buffer(-0.5 * _ROOM_M).buffer(0.5 * _ROOM_M + _INTO_ROOM_M)
-    found, least_width_m = list[Passage](), math.inf
+    found, others_m = list[Passage](), math.inf
     for nodes in _stretches(graph):
         line = _as_line(nodes, graph)
         if line is None or not (in_rooms := _in_rooms(points[line], rooms)):
             return found, 0.0
         passage = _passage(points[line], area)
-        least_width_m = min(least_width_m, passage.width_m)
         if in_rooms == len(_ENDS):
             found.append(passage)
-    return found, least_width_m
+        else:
+            others_m = min(others_m, passage.width_m)
+    return found, others_m
 
 
 def _narrow_axis(area: FreeArea, least_m: float) -> tuple[Complexes, csr_array]:

@@ -33,22 +33,26 @@ class Ways:
     def __init__(self, area: FreeArea, wall_m: float, apart_m: float) -> None:
         self._lanes: Lanes | None = None
         self._ordered: OrderedWays | None = None
+        self._maze = False
         if len(area.walls):
-            geodesics = Geodesics(area, wall_m)
-            passages, least_width_m = find_passages(area, 2.0 * wall_m)
-            self._lanes = Lanes(passages, geodesics, apart_m)
-            if least_width_m < apart_m + 2.0 * (wall_m + _ROOM_M):
-                self._ordered = OrderedWays(geodesics, apart_m)
+            geodesics, two_m = Geodesics(area, wall_m), apart_m + 2.0 * (wall_m + _ROOM_M)
+            passages, others_m = find_passages(area, 2.0 * wall_m)
+            self._lanes = Lanes(passages, geodesics, apart_m, two_m)
+            self._ordered = OrderedWays(geodesics, apart_m)
+            self._maze = others_m < two_m
 
-    def legs(self, places: Complexes, rests: Complexes, goals: Complexes) -> list[Leg]:
+    def legs(self, places: Complexes, rests: Complexes, goals: Complexes, now_s: float) -> list[Leg]:
         """Return the next part of each robot's way.
 
         Args:
             places: (n,) of the robots (m).
             rests: (n,) where they would come to rest now (m).
             goals: (n,) m.
+            now_s: Time.
         """
-        if self._lanes is None:
+        if self._lanes is None or self._ordered is None:
             return [Leg(goal, abs(goal - place)) for place, goal in zip(places.tolist(), goals.tolist(), strict=True)]
-        ordered = self._ordered.legs(places, rests, goals) if self._ordered is not None and len(places) > 1 else None
-        return ordered if ordered is not None else self._lanes.legs(places, goals)
+        ordered = None
+        if len(places) > 1 and (self._maze or self._lanes.narrow_at(goals)):
+            ordered = self._ordered.legs(places, rests, goals)
+        return ordered if ordered is not None else self._lanes.legs(places, goals, now_s)
