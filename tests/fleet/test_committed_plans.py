@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from touchline.coordination.free_area import FreeArea
+from touchline.coordination.plans import committed_plans
 from touchline.coordination.plans import plan_kernels as kernels
 from touchline.coordination.plans.committed_plans import CommittedPlans, TooNear
 from touchline.core import timed_motion as t
@@ -160,6 +161,36 @@ def test_who_stands_in_the_way_of_one_that_waits_is_pushed_on_and_the_token_goes
         assert team.closest_m >= LIMITS.apart_m - ROUNDING_M
     assert {-1, 0} <= holders
     assert farthest_m > 1.8
+
+
+def token_places() -> tuple[int, list[float]]:
+    """Updates until a robot gets the token, that another one at its goal shuts out, and its places while it has it."""
+    corridor = FreeArea.of([(0, 0), (8, 0), (8, 0.7), (0, 0.7)])
+    team = CommittedPlans(np.array([(0.5, 0.35, 0.0), (1.5, 0.35, 0.0)]), corridor, LIMITS)
+    goals, found, updates = np.array([(7.5, 0.35), (1.5, 0.35)]), list[float](), 0
+    for _ in range(100):
+        team.update(goals)
+        updates += not found
+        if team.token == 0:
+            found.append(team.places[0].real)
+        elif found:
+            break
+    return updates, found
+
+
+def test_who_is_shut_out_by_one_at_its_goal_gets_the_token_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    soon, _ = token_places()
+    monkeypatch.setattr(committed_plans, "_SOON_S", math.inf)
+    late, _ = token_places()
+    assert (late - soon) * PERIOD_S >= 1.5
+
+
+def test_the_token_is_given_back_past_the_jam(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, places = token_places()
+    assert 0.3 <= places[-1] - places[0] <= 0.8
+    monkeypatch.setattr(committed_plans, "_FREED_M", math.inf)
+    _, places = token_places()
+    assert places[-1] - places[0] > 1.0
 
 
 @pytest.mark.parametrize(("poses", "whose"), [([(1, 1, 0), (1.39, 1, 0)], "two robots"), ([(0.19, 1, 0)], "wall")])

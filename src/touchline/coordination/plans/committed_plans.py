@@ -56,7 +56,13 @@ _TURNS: Final = 0.05
 _FACES_RAD: Final = 0.4
 _NEARER_M: Final = 0.1
 _PATIENCE_S: Final = 3.0
+_SOON_S: Final = 1.0
+"""Patience with a robot in the way that is at its goal…"""
+_BEFORE: Final = 1.5
+"""…nearer than the least distance of two plans times this."""
 _TOKEN_S: Final = 15.0
+_FREED_M: Final = 0.5
+"""Way by which who has the token comes nearer until it gives it back."""
 
 
 class TooNear(TouchlineError):
@@ -94,7 +100,7 @@ class CommittedPlans:
         self._velocities: Complexes = np.zeros(len(poses), dtype=np.complex128)
         self._nearest_m = np.full(len(poses), math.inf)
         self._nearer_s = np.zeros(len(poses))
-        self._now_s = self._token_s = 0.0
+        self._now_s = self._token_s = self._token_m = 0.0
         self.token = -1
 
     @property
@@ -118,9 +124,7 @@ class CommittedPlans:
         wanted = goals[:, 0] + 1j * goals[:, 1]
         legs = self._ways.legs(self.places, self.plans[:, -1, t.X] + 1j * self.plans[:, -1, t.Y], wanted, self._now_s)
         left_m = np.array([leg.left_m for leg in legs])
-        self._look_for_token(
-            left_m, np.array([self._waits(*each) for each in zip(self.places.tolist(), legs, strict=True)])
-        )
+        self._look_for_token(legs, left_m)
         chosen: set[int] = set()
         if self.token >= 0:
             self._drive_first(self.token, legs[self.token], chosen)
@@ -223,22 +227,34 @@ class CommittedPlans:
         ways[:, t.X], ways[:, t.Y] = np.real((here, here + aside)), np.imag((here, here + aside))
         return aside if k.clear_of_walls(ways, self._around, self._limits) else self._straight(off)
 
-    def _look_for_token(self, left_m: Floats, waits: Bools) -> None:
-        """Give the token to who has waited longest, if nobody has it; take it from who is there, or had it too long.
+    def _look_for_token(self, legs: Sequence[Leg], left_m: Floats) -> None:
+        """Give the token to who has waited too long, if nobody has it; take it from who is there, or had it too long.
 
         Args:
+            legs: Leg of each robot.
             left_m: (n,) length of each robot's way.
-            waits: (n,) who waits as it should.
         """
+        waits = np.array([self._waits(*each) for each in zip(self.places.tolist(), legs, strict=True)])
         nearer = (left_m < self._nearest_m - _NEARER_M) | waits
         self._nearest_m[nearer], self._nearer_s[nearer] = left_m[nearer], self._now_s
         there = left_m <= _AT_GOAL_M
         self._nearer_s[there] = self._now_s
         self._nearest_m[there] = math.inf  # who is pushed away from its goal begins anew
-        if self.token >= 0 and (there[self.token] or self._now_s - self._token_s > _TOKEN_S):
+        freed = there | (left_m < self._token_m - _FREED_M)
+        if self.token >= 0 and (freed[self.token] or self._now_s - self._token_s > _TOKEN_S):
             self._nearer_s[self.token] = self._now_s
             self._nearest_m[self.token] = left_m[self.token]
             self.token = -1
         waited_s = self._now_s - self._nearer_s
-        if self.token < 0 and waited_s.max() > _PATIENCE_S:
-            self.token, self._token_s = int(waited_s.argmax()), self._now_s
+        for who in np.argsort(-waited_s, kind="stable").tolist() if self.token < 0 else ():
+            if waited_s[who] > _PATIENCE_S or (
+                waited_s[who] > _SOON_S and self._is_shut_out(who, legs[who].aim, there)
+            ):
+                self.token, self._token_s, self._token_m = who, self._now_s, float(left_m[who])
+                break
+
+    def _is_shut_out(self, who: int, aim: complex, there: Bools) -> bool:
+        """Return whether a robot stands before another one that is at its goal, and will not go by itself."""
+        off = self.places - self.places[who]
+        before = (np.abs(off) < _BEFORE * self._limits.apart_m) & ((off * np.conj(aim - self.places[who])).real > 0.0)
+        return bool((before & there).any())
