@@ -14,13 +14,13 @@ from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans import move_order
 from touchline.coordination.plans.committed_plans import CommittedPlans
 from touchline.coordination.plans.geodesics import Geodesics
-from touchline.coordination.plans.lanes import Lanes
 from touchline.coordination.plans.leases import Lease
-from touchline.coordination.plans.legs import Leg, Manner
+from touchline.coordination.plans.move_map import CLEARER_M, MoveMap, move_map_of
 from touchline.coordination.plans.move_order import Move, MoveOrder
+from touchline.coordination.plans.next_legs import Manner, NextLeg
 from touchline.coordination.plans.ordered_ways import OrderedWays
+from touchline.coordination.plans.passage_lanes import PassageLanes
 from touchline.coordination.plans.passages import find_passages
-from touchline.coordination.plans.roadmap import CLEARER_M, Roadmap, roadmap_of
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -76,9 +76,9 @@ def test_corridors_that_lead_to_corridors_are_no_passages() -> None:
     assert find_passages(CORRIDOR, APART_M) == ([], 0.0)
 
 
-def legs_of(area: FreeArea, places: list[complex], goals: list[complex]) -> list[Leg]:
+def legs_of(area: FreeArea, places: list[complex], goals: list[complex]) -> list[NextLeg]:
     """Legs of robots."""
-    lanes = Lanes(find_passages(area, APART_M)[0], Geodesics(area, LIMITS.wall_m), APART_M, TWO_M)
+    lanes = PassageLanes(find_passages(area, APART_M)[0], Geodesics(area, LIMITS.wall_m), APART_M, TWO_M)
     return lanes.legs(np.array(places), np.array(goals), 0.0)
 
 
@@ -177,10 +177,10 @@ def test_nobody_enters_for_whom_there_is_no_place_behind_the_exit() -> None:
     assert lease.holders == {0}
 
 
-def crossing() -> tuple[Roadmap, list[int], list[int]]:
-    """Roadmap of the corridor, and starts and goals of two robots that have to pass each other."""
+def crossing() -> tuple[MoveMap, list[int], list[int]]:
+    """MoveMap of the corridor, and starts and goals of two robots that have to pass each other."""
     ends = np.array([0.4 + 0.35j, 6.6 + 0.35j])
-    return roadmap_of(Geodesics(CORRIDOR, LIMITS.wall_m), ends, APART_M), [0, 1], [1, 0]
+    return move_map_of(Geodesics(CORRIDOR, LIMITS.wall_m), ends, APART_M), [0, 1], [1, 0]
 
 
 def test_places_of_a_roadmap_keep_apart_and_moves_close_those_near_to_them() -> None:

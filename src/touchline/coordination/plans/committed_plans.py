@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans import plan_kernels as k
-from touchline.coordination.plans.legs import Leg, Manner
+from touchline.coordination.plans.next_legs import Manner, NextLeg
 from touchline.coordination.plans.ways import Ways
 from touchline.core import timed_motion as t
 from touchline.core.angles import wrapped
@@ -147,7 +147,7 @@ class CommittedPlans:
         k.advance(self.plans, self._limits.period_steps)
         self._now_s += self._limits.period_steps * t.STEP_S
 
-    def _choose(self, who: int, leg: Leg) -> None:
+    def _choose(self, who: int, leg: NextLeg) -> None:
         """Commit a robot to a plan along its leg."""
         aim, left_m, manner = leg
         if manner is Manner.WAIT:
@@ -171,7 +171,7 @@ class CommittedPlans:
         self._drive(who, k.avoiding(places, self._velocities, who, wish, self._limits))
 
     @staticmethod
-    def _waits(place: complex, leg: Leg) -> bool:
+    def _waits(place: complex, leg: NextLeg) -> bool:
         """Return whether a robot waits for others, as its leg tells it to."""
         return leg.manner is Manner.WAIT or (leg.manner is Manner.EXACT and abs(leg.aim - place) <= _AT_GOAL_M)
 
@@ -197,7 +197,7 @@ class CommittedPlans:
         """Return full speed (m/s) along a way (m)."""
         return way / abs(way) * self._limits.speed_max_mps if way else 0j
 
-    def _drive_first(self, who: int, leg: Leg, chosen: set[int]) -> None:
+    def _drive_first(self, who: int, leg: NextLeg, chosen: set[int]) -> None:
         """Commit the robot with the token to a plan straight to its goal, after all in its way have made way."""
         wish = self._straight(leg.aim - self.places[who])
         self._clear_way(who, wish, chosen)
@@ -227,11 +227,11 @@ class CommittedPlans:
         ways[:, t.X], ways[:, t.Y] = np.real((here, here + aside)), np.imag((here, here + aside))
         return aside if k.clear_of_walls(ways, self._around, self._limits) else self._straight(off)
 
-    def _look_for_token(self, legs: Sequence[Leg], left_m: Floats) -> None:
+    def _look_for_token(self, legs: Sequence[NextLeg], left_m: Floats) -> None:
         """Give the token to who has waited too long, if nobody has it; take it from who is there, or had it too long.
 
         Args:
-            legs: Leg of each robot.
+            legs: NextLeg of each robot.
             left_m: (n,) length of each robot's way.
         """
         waits = np.array([self._waits(*each) for each in zip(self.places.tolist(), legs, strict=True)])

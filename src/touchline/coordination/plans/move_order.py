@@ -20,7 +20,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.coordination.plans.roadmap import Roadmap
+from touchline.coordination.plans.move_map import MoveMap
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -66,7 +66,7 @@ class _Round:
     """
 
     def __init__(
-        self, roadmap: Roadmap, at: Sequence[int], cost: Cost, rng: np.random.Generator, luck_m: float
+        self, roadmap: MoveMap, at: Sequence[int], cost: Cost, rng: np.random.Generator, luck_m: float
     ) -> None:
         self._roadmap, self._cost, self._rng, self._luck_m = roadmap, cost, rng, luck_m
         self.at = list(at)
@@ -134,7 +134,7 @@ class _Round:
 class MoveOrder:
     """Search for an order of moves on a roadmap."""
 
-    def __init__(self, roadmap: Roadmap, goals: Sequence[int], seed: int = 0) -> None:
+    def __init__(self, roadmap: MoveMap, goals: Sequence[int], seed: int = 0) -> None:
         """Prepare it.
 
         Args:
@@ -301,7 +301,7 @@ class MoveOrder:
         return found
 
 
-def without_loops(moves: Sequence[Move], roadmap: Roadmap) -> list[Move]:
+def without_loops(moves: Sequence[Move], roadmap: MoveMap) -> list[Move]:
     """Return an order without those ways there and back for which there is no reason."""
     kept = list(moves)
     for robot in {move.robot for move in moves}:
@@ -315,7 +315,7 @@ def without_loops(moves: Sequence[Move], roadmap: Roadmap) -> list[Move]:
     return kept
 
 
-def _end_of_loop(moves: Sequence[Move], own: Sequence[int], roadmap: Roadmap) -> int:
+def _end_of_loop(moves: Sequence[Move], own: Sequence[int], roadmap: MoveMap) -> int:
     """Return how many of a robot's moves, given by their numbers, lead it back to where it could have stayed."""
     robot, begins = moves[own[0]]
     place, found = int(roadmap.starts[begins]), 0

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.coordination.plans.geodesics import Geodesics
-from touchline.coordination.plans.legs import Leg, Manner, line_of, points_of
+from touchline.coordination.plans.move_map import CLEARER_M, MoveMap, move_map_of
 from touchline.coordination.plans.move_order import Move, MoveOrder
-from touchline.coordination.plans.roadmap import CLEARER_M, Roadmap, roadmap_of
+from touchline.coordination.plans.next_legs import Manner, NextLeg, line_of, points_of
 
 Complexes = NDArray[np.complex128]
 
@@ -51,7 +51,7 @@ class OrderedWays:
         self._plan: _Plan | None = None
         self._planned = False
 
-    def legs(self, places: Complexes, rests: Complexes, goals: Complexes) -> list[Leg] | None:
+    def legs(self, places: Complexes, rests: Complexes, goals: Complexes) -> list[NextLeg] | None:
         """Return the next part of each robot's way; None while there is no order, as goals move on or none is found.
 
         Args:
@@ -74,7 +74,7 @@ class OrderedWays:
         ends, starts = ([asked.index(place) for place in places.tolist()] for places in (goals, rests))
         if len(set(ends)) < len(ends) or len(self._geodesics.rows) > _MOST_NODES:
             return None
-        roadmap = roadmap_of(self._geodesics, np.array(asked), self._apart_m)
+        roadmap = move_map_of(self._geodesics, np.array(asked), self._apart_m)
         moves = MoveOrder(roadmap, ends).find(starts)
         return None if moves is None else _Plan(roadmap, starts, moves, self._geodesics, self._apart_m)
 
@@ -83,7 +83,7 @@ class _Plan:
     """Order of moves, and how many of its own each robot has made."""
 
     def __init__(
-        self, roadmap: Roadmap, starts: Sequence[int], moves: Sequence[Move], geodesics: Geodesics, apart_m: float
+        self, roadmap: MoveMap, starts: Sequence[int], moves: Sequence[Move], geodesics: Geodesics, apart_m: float
     ) -> None:
         self._roadmap, self._geodesics = roadmap, geodesics
         self._stands = list(starts)
@@ -94,7 +94,7 @@ class _Plan:
             self._needs[move.robot].append(needs)
         self._made = [0] * len(starts)
 
-    def legs(self, places: Complexes) -> list[Leg]:
+    def legs(self, places: Complexes) -> list[NextLeg]:
         """Return the next part of each robot's way from its place (m)."""
         for robot, place in enumerate(places.tolist()):
             while self._may(robot, self._made[robot]) and self._is_made(robot, place):
@@ -116,7 +116,7 @@ class _Plan:
         passed = line.length - line.project(here) <= _DONE_M and line.distance(here) <= _BESIDE_M
         return bool(passed or abs(self._roadmap.places[end] - place) <= _DONE_M)
 
-    def _leg(self, robot: int, place: complex) -> Leg:
+    def _leg(self, robot: int, place: complex) -> NextLeg:
         made, own = self._made[robot], self._own[robot]
         left_m = float(self._roadmap.lengths_m[own[made:]].sum())
         until = made
@@ -124,9 +124,9 @@ class _Plan:
             until += 1
         if until == made:
             stands = complex(self._roadmap.places[self._stands[robot]])
-            return Leg(stands, left_m + abs(stands - place), Manner.EXACT)
+            return NextLeg(stands, left_m + abs(stands - place), Manner.EXACT)
         end, length_m = self._roadmap.places[self._roadmap.ends[own[made]]], self._roadmap.lengths_m[own[made]]
-        return Leg(self._aim(place, own[made:until]), left_m - float(length_m - abs(end - place)), Manner.EXACT)
+        return NextLeg(self._aim(place, own[made:until]), left_m - float(length_m - abs(end - place)), Manner.EXACT)
 
     def _aim(self, place: complex, moves: Sequence[int]) -> complex:
         """Return the farthest point of a way to which a robot may drive straight, without getting far off the way."""
@@ -156,7 +156,7 @@ def _off_m(points: Complexes, place: complex, other: complex) -> float:
     return float(np.abs(off).max(initial=0.0))
 
 
-def _needs(moves: Sequence[Move], roadmap: Roadmap, near_m: float) -> list[dict[int, int]]:
+def _needs(moves: Sequence[Move], roadmap: MoveMap, near_m: float) -> list[dict[int, int]]:
     """Return what has to happen before each move of an order: how many of their own other robots must have made."""
     import shapely
 

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans.geodesics import Geodesics
-from touchline.coordination.plans.lanes import Lanes
-from touchline.coordination.plans.legs import Leg
+from touchline.coordination.plans.next_legs import NextLeg
 from touchline.coordination.plans.ordered_ways import OrderedWays
+from touchline.coordination.plans.passage_lanes import PassageLanes
 from touchline.coordination.plans.passages import find_passages
 
 Complexes = NDArray[np.complex128]
@@ -31,17 +31,17 @@ class Ways:
     """
 
     def __init__(self, area: FreeArea, wall_m: float, apart_m: float) -> None:
-        self._lanes: Lanes | None = None
+        self._lanes: PassageLanes | None = None
         self._ordered: OrderedWays | None = None
         self._maze = False
         if len(area.walls):
             geodesics, two_m = Geodesics(area, wall_m), apart_m + 2.0 * (wall_m + _ROOM_M)
             passages, others_m = find_passages(area, 2.0 * wall_m)
-            self._lanes = Lanes(passages, geodesics, apart_m, two_m)
+            self._lanes = PassageLanes(passages, geodesics, apart_m, two_m)
             self._ordered = OrderedWays(geodesics, apart_m)
             self._maze = others_m < two_m
 
-    def legs(self, places: Complexes, rests: Complexes, goals: Complexes, now_s: float) -> list[Leg]:
+    def legs(self, places: Complexes, rests: Complexes, goals: Complexes, now_s: float) -> list[NextLeg]:
         """Return the next part of each robot's way.
 
         Args:
@@ -51,7 +51,9 @@ class Ways:
             now_s: Time.
         """
         if self._lanes is None or self._ordered is None:
-            return [Leg(goal, abs(goal - place)) for place, goal in zip(places.tolist(), goals.tolist(), strict=True)]
+            return [
+                NextLeg(goal, abs(goal - place)) for place, goal in zip(places.tolist(), goals.tolist(), strict=True)
+            ]
         ordered = None
         if len(places) > 1 and (self._maze or self._lanes.narrow_at(goals)):
             ordered = self._ordered.legs(places, rests, goals)

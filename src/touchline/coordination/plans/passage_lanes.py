@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from touchline.coordination.plans.geodesics import Geodesics
 from touchline.coordination.plans.leases import Lease
-from touchline.coordination.plans.legs import Leg, Manner, line_of, points_of
+from touchline.coordination.plans.next_legs import Manner, NextLeg, line_of, points_of
 from touchline.coordination.plans.passages import Passage
 
 Floats = NDArray[np.float64]
@@ -44,7 +44,7 @@ _NEAR_MOUTH_M: Final = 0.3
 _SIMPLE_M: Final = 0.02
 
 
-class Lane:
+class PassageLane:
     """Lane through a passage in one direction, on the right of its middle line.
 
     It begins before the mouth and farther to the right, so that robots come from where they are not in the way of those
@@ -101,7 +101,7 @@ class Lane:
         return complex(self._points[min(after, len(self._points) - 1)])
 
 
-class Lanes:
+class PassageLanes:
     """Ways of robots in an area in which all narrow stretches are passages between rooms.
 
     Args:
@@ -123,7 +123,7 @@ class Lanes:
         shapely.prepare(self._insides)
         self._leases = [Lease() for _ in passages]
         self._lanes = [
-            Lane(line, passage.width_m, geodesics, two_m)
+            PassageLane(line, passage.width_m, geodesics, two_m)
             for passage in passages
             for line in (passage.line, passage.line[::-1])
         ]
@@ -135,7 +135,7 @@ class Lanes:
         inside = (shapely.contains_xy(each, places.real, places.imag).any() for each in self._insides)
         return any(lane.narrow and within for lane, within in zip(self._lanes[::2], inside, strict=True))
 
-    def legs(self, places: Complexes, goals: Complexes, now_s: float) -> list[Leg]:
+    def legs(self, places: Complexes, goals: Complexes, now_s: float) -> list[NextLeg]:
         """Return the next part of each robot's way.
 
         Args:
@@ -144,7 +144,7 @@ class Lanes:
             now_s: Time.
         """
         pairs = list(zip(places.tolist(), goals.tolist(), strict=True))
-        ways = [Leg(*self._geodesics.way(place, goal)) for place, goal in pairs]
+        ways = [NextLeg(*self._geodesics.way(place, goal)) for place, goal in pairs]
         numbers = np.array([self._next_lane(place, goal) for place, goal in pairs])
         before_m = np.array([self._before_m(lane, at) for lane, (at, _) in zip(numbers, pairs, strict=True)])
         may = self._lend(numbers, before_m, places, now_s)
@@ -157,7 +157,7 @@ class Lanes:
                 aim = lane.aim(lane.mouth_m - before_m[who])
                 waits = self._second(who, may & (numbers == numbers[who]), places, before_m)
             aim, _ = self._geodesics.way(place, aim)
-            ways[who] = Leg(aim, ways[who].left_m, Manner.WAIT if waits else Manner.LANE)
+            ways[who] = NextLeg(aim, ways[who].left_m, Manner.WAIT if waits else Manner.LANE)
         return ways
 
     def _before_m(self, number: int, place: complex) -> float:

@@ -1,4 +1,4 @@
-"""Roadmap for robots that go one after another: places to stand, moves between them, and which exclude each other."""
+"""Map of moves for robots that go one after another: places to stand, moves between them, which exclude each other."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.coordination.plans.geodesics import Geodesics
-from touchline.coordination.plans.legs import line_of
+from touchline.coordination.plans.next_legs import line_of
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -34,7 +34,7 @@ _LATTICE: Final = 5
 
 
 @dataclass(frozen=True)
-class Roadmap:
+class MoveMap:
     """Places where robots may stand, and moves between them, n and e of them.
 
     Attributes:
@@ -65,7 +65,7 @@ class Roadmap:
         return csr_array((self.lengths_m[kept], (self.starts[kept], self.ends[kept])), shape=(size, size))
 
 
-def roadmap_of(geodesics: Geodesics, asked: Complexes, apart_m: float) -> Roadmap:
+def move_map_of(geodesics: Geodesics, asked: Complexes, apart_m: float) -> MoveMap:
     """Lay a roadmap.
 
     Args:
@@ -86,7 +86,7 @@ def roadmap_of(geodesics: Geodesics, asked: Complexes, apart_m: float) -> Roadma
     moves_from = [np.flatnonzero(starts == place).tolist() for place in range(len(places))]
     lengths_m = np.array([line.length for line in lines])
     closed = (off_m < apart_m + CLEARER_M) & ~leaves
-    return Roadmap(places, starts, ends, lengths_m, lines, closed, moves_from)
+    return MoveMap(places, starts, ends, lengths_m, lines, closed, moves_from)
 
 
 def _packed(asked: Complexes, geodesics: Geodesics, apart_m: float) -> Complexes:

@@ -1,4 +1,4 @@
-"""Legs: the next part of a robot's way, and how it is driven; and lines through points x + iy."""
+"""Next legs: the next part of a robot's way, and how it is driven; and lines through points x + iy."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Complexes = NDArray[np.complex128]
 
 
 class Manner(Enum):
-    """How a robot drives a leg."""
+    """Manner in which a robot drives a leg."""
 
     FREE = auto()
     """By the rules of open ground."""
@@ -28,7 +28,7 @@ class Manner(Enum):
     """On the straight line to the aim, where it comes to rest."""
 
 
-class Leg(NamedTuple):
+class NextLeg(NamedTuple):
     """Next part of a robot's way.
 
     Attributes:
