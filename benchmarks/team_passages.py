@@ -24,7 +24,7 @@ SMALL = Small(
     (
         "# seeds and # mazes from #",
         "after s, least median most ≤ 25 s arrived contacts in walls closest m plans m",
-        *(f"passage {width_m} # # # # of # # of # # # # #" for width_m in ("#",) * len(WIDTHS_M)),
+        *(f"passage {width_m} # # # # of # # of # # # # #" for width_m in WIDTHS_M),
         "maze # # # # of # # of # # # # #",
     ),
 )

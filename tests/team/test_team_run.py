@@ -89,6 +89,15 @@ def test_a_team_meets_in_a_passage_and_drives_on_the_right() -> None:
     assert figures["beyond_walls_robot_s"] == 0.0
 
 
+def test_robots_pass_each_other_in_a_corridor_with_room_for_one() -> None:
+    corridor = {"outline": [(0, 0), (7, 0), (7, 0.7), (3.7, 0.7), (3.7, 1.9), (3, 1.9), (3, 0.7), (0, 0.7)]}
+    task = {"kind": "goals", "goals": {"a": [(6.6, 0.35)], "b": [(0.4, 0.35)]}}
+    _, figures = driven(places={"a": at(0.4, 0.35), "b": at(6.6, 0.35)}, area=corridor, task=task, avoid="plans")
+    assert figures["success"], figures["reason"]
+    assert figures["contacts"] == 0
+    assert figures["beyond_walls_robot_s"] == 0.0
+
+
 def test_a_robot_that_cannot_keep_to_its_plan_stops_all(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plan_guide, "body_radius_m", lambda vehicle: 0.1999)
     _, figures = driven(robots=2, task={"kind": "swap"}, world=world(1), avoid="plans", duration_s=5.0)
