@@ -28,7 +28,9 @@ Bools = NDArray[np.bool_]
 
 _ROUNDS: Final = 400
 _TRIES_BY_PRIORITY: Final = 4
-_TRIES_BY_GOAL: Final = 30
+_TRIES_BY_GOAL: Final = 150
+_TRIES_FOR_BETTER: Final = 30
+"""Tries after which one order is enough."""
 _ENOUGH: Final = 6
 """Number of orders of which the one with the shortest duration is taken."""
 _MOVES_ASIDE: Final = 150
@@ -167,7 +169,7 @@ class MoveOrder:
             elif moves:
                 begun.append((moves, at))
         for attempt in range(_TRIES_BY_GOAL):
-            if len(found) >= _ENOUGH:
+            if len(found) >= (_ENOUGH if attempt < _TRIES_FOR_BETTER else 1):
                 break
             before, at = begun[attempt % len(begun)]
             moves, at = self._by_goal(list(at))

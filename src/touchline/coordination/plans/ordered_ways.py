@@ -35,6 +35,8 @@ _SIGHT_M: Final = 2.5
 _RETURN_M: Final = 0.05
 """Way ahead of the nearest point of its way, at which a robot drives that has got off it beside a wall."""
 _SAME_M: Final = 1e-6
+_AT_M: Final = 0.03
+"""Distance from a goal, its own or another's, at which a robot counts as standing there."""
 
 
 class OrderedWays:
@@ -70,6 +72,8 @@ class OrderedWays:
 
     def _plan_of(self, rests: Complexes, goals: Complexes) -> _Plan | None:
         """Return the ways in an order that leads from places of rest to goals (m), if one is found."""
+        off_m = np.abs(rests[:, None] - goals)
+        rests = np.where(off_m.min(axis=1) <= _AT_M, goals[off_m.argmin(axis=1)], rests)
         asked = list(dict.fromkeys([*goals.tolist(), *rests.tolist()]))
         ends, starts = ([asked.index(place) for place in places.tolist()] for places in (goals, rests))
         if len(set(ends)) < len(ends) or len(self._geodesics.rows) > _MOST_NODES:
