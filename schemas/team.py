@@ -118,6 +118,44 @@ class TeamLinks(Spec):
         return self.loss == 0.0 and self.delay_s == 0.0
 
 
+class TeamRadio(Spec):
+    """Radio between robots whose algorithm is distributed.
+
+    Each robot may send one message to all at every update; each receiver has its own luck with it.
+    """
+
+    topology: Literal["disc", "nearest", "graph"] = "disc"
+    """Receivers of a message: all within `range_m`, all that have the sender among their `nearest`, or `graph`."""
+    range_m: Annotated[float, Field(gt=0, le=10_000)] = 2.0
+    nearest: Annotated[int, Field(ge=1, le=MOST_ROBOTS)] = 4
+    graph: dict[str, tuple[str, ...]] = Field(default_factory=dict)
+    """Receivers by sender."""
+    walls: bool = False
+    """Whether walls stop messages."""
+    loss: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """Share of messages lost, by receiver."""
+    delay_least_s: Annotated[float, Field(ge=0, le=60)] = 0.02
+    delay_most_s: Annotated[float, Field(ge=0, le=60)] = 0.08
+    """Messages take from `delay_least_s` to `delay_most_s`, each its own time."""
+    bytes_per_s: Annotated[float, Field(gt=0, le=1e9)] = 10_000.0
+    """Capacity of each sender; further messages are not sent."""
+
+    @model_validator(mode="after")
+    def _has_least_before_most(self) -> Self:
+        if self.delay_least_s > self.delay_most_s:
+            raise ValueError("delay_least_s is more than delay_most_s: give the smaller one first")
+        return self
+
+
+class AlgorithmChoice(Spec):
+    """Algorithm that decides where robots drive."""
+
+    use: Annotated[str, Field(min_length=1, max_length=4096)]
+    """Name of a plug-in, or `FILE.py:NAME`: a class or function that makes it."""
+    options: dict[str, float | int | str | bool] = Field(default_factory=dict)
+    """Its keyword arguments."""
+
+
 class Freeze(Spec):
     """A robot's computer stands still, and with it the robot: from a sim time on, for a while or for ever."""
 
@@ -142,6 +180,10 @@ class TeamScenario(Spec):
     """`outline` and `obstacles`, corners in m; null: a square of 2.5 m² a robot."""
     task: TaskSpec = DeployTask()
     """`deploy` with an `importance`, `swap`, `goals` or `formation`."""
+    algorithm: AlgorithmChoice | None = None
+    """`use` and `options` of the algorithm that decides where robots drive; null: the task does."""
+    radio: TeamRadio = TeamRadio()
+    """Radio between robots, for distributed algorithms."""
     vehicle: Vehicle = SHIPPED["turtlebot2"].vehicle
     """Vehicle of all robots; default: `turtlebot2`."""
     onboard: OnboardConfig = with_its_own("turtlebot2", OnboardConfig())
@@ -186,6 +228,10 @@ class TeamScenario(Spec):
                     raise ValueError(
                         f"{field} names {name!r}, which is no robot of the team: use {self.names[0]} or so"
                     )
+        for name in {*self.radio.graph, *(each for receivers in self.radio.graph.values() for each in receivers)}:
+            if name not in self.names:
+                problem = f"radio.graph names {name!r}, which is no robot of the team"
+                raise ValueError(f"{problem}: use {self.names[0]} or so")
         return self
 
     @field_validator("places")
@@ -226,10 +272,14 @@ class TeamScenario(Spec):
         follower = self.onboard.follower if self.avoid != "none" else "frenet"
         onboard = self.onboard.model_copy(update={"follower": follower})
         setup = Setup(vehicle=self.vehicle, onboard=onboard, scenario=world)
-        return setup.with_seed(world.seed + _number_of(name, self.names))
+        return setup.with_seed(world.seed + self.number_of(name))
 
+    def number_of(self, name: str) -> int:
+        """The robot's number: of `tb7` 6, so that a further robot changes no other's noise; else its place in the list.
 
-def _number_of(name: str, names: tuple[str, ...]) -> int:
-    """The robot's number: of `tb7` 6, so that a further robot changes no other's noise; else its place in the list."""
-    digits = name.removeprefix("tb")
-    return int(digits) - 1 if digits.isdigit() and name.startswith("tb") else names.index(name)
+        Of one that is no robot of the team, the number of its robots.
+        """
+        digits = name.removeprefix("tb")
+        if digits.isdigit() and name.startswith("tb"):
+            return int(digits) - 1
+        return self.names.index(name) if name in self.names else len(self.names)

@@ -116,7 +116,8 @@ class TeamReport(Message):
 
     ``finished``: its time is up or all have arrived; else another task took its place. ``missing`` are those that have
     goals and are not there, each with the reason: "tb3: it is not heard". ``nearest_m`` is the least distance of two
-    stopping segments at any of its ``updates``; ``heard`` and ``told`` count messages.
+    stopping segments at any of its ``updates``; ``heard`` and ``told`` count messages. ``wishes_json``: how much cells
+    have changed what robots wished, and what the team's algorithm has answered.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/TeamReport"
@@ -131,6 +132,7 @@ class TeamReport(Message):
     updates: UInt32 = 0
     heard: UInt32 = 0
     told: UInt32 = 0
+    wishes_json: str = ""
 
 
 class BeginGuidedRequest(Message):

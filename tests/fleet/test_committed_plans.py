@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from touchline.coordination.algorithms.team_algorithm import GoalWish
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans import plan_kernels as kernels
 from touchline.coordination.plans.committed_plans import CommittedPlans, TooNear
@@ -138,7 +139,7 @@ def swapped(count: int, seed: int) -> tuple[float, float]:
     closest_m, now_s = math.inf, 0.0
     while np.abs(team.places - (goals[:, 0] + 1j * goals[:, 1])).max() > 0.1:
         assert now_s < 4.0 * bound_s, "somebody never arrives"
-        team.update(goals)
+        team.update([GoalWish(x, y) for x, y in goals.tolist()])
         closest_m, now_s = min(closest_m, team.closest_m), now_s + PERIOD_S
     return now_s / bound_s, closest_m
 
@@ -154,7 +155,7 @@ def test_who_stands_in_the_way_of_one_that_waits_is_pushed_on_and_the_token_goes
     team = CommittedPlans(np.array([(0.5, 0.35, 0.0), (1.5, 0.35, 0.0)]), corridor, LIMITS)
     goals, holders, farthest_m = np.array([(5.0, 0.35), (1.5, 0.35)]), set(), 0.0
     for _ in range(100):
-        team.update(goals)
+        team.update([GoalWish(x, y) for x, y in goals.tolist()])
         holders.add(team.token)
         farthest_m = max(farthest_m, team.places[1].real)
         assert team.closest_m >= LIMITS.apart_m - ROUNDING_M

@@ -73,6 +73,18 @@ def test_robots_that_touch_have_their_bumpers_pressed_at_the_same_tick_over_the_
     assert len(read_team(recording).contacts().pairs) == 1
 
 
+def test_an_algorithm_decides_the_same_over_the_bus(tmp_path: Path) -> None:
+    pursuit = Path(__file__).parents[2] / "examples" / "teams" / "cyclic_pursuit.py"
+    run = ("--robots", "3", "--duration", "4", "--algorithm", f"{pursuit}:CyclicPursuit", "--json")
+    one, other = (
+        figures(each) for each in (touchline_here("fleet", "simulate", *run, "--hash"), touchline("fleet", "run", *run))
+    )
+    assert one["hash"] == other["hash"]
+    assert one["algorithm"] == other["algorithm"]
+    assert one["intervention"] == other["intervention"]
+    assert one["algorithm"]["radio"]["delivered"] > 0
+
+
 def at(x_m: float) -> dict[str, float]:
     return {"x_m": x_m, "y_m": 1.0, "heading_rad": 0.0 if x_m < 1.2 else 3.14159}
 

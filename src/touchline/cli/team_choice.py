@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from touchline.cli.choices import VehicleChoice, VehicleOption
+from touchline.coordination.algorithms.algorithm_loading import absolute
 from touchline.schemas.errors import SpecError
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
@@ -28,6 +29,10 @@ class TeamChoice:
     ] = None
     task: Annotated[
         str | None, typer.Option(metavar="KIND", help="Task: deploy (default) or swap; others in a --team file.")
+    ] = None
+    algorithm: Annotated[
+        str | None,
+        typer.Option(metavar="NAME|FILE.py:NAME", help="Algorithm that decides where robots drive (default: by task)."),
     ] = None
     vehicle: VehicleOption = None
     noise: Annotated[
@@ -70,6 +75,9 @@ class TeamChoice:
                 problem = f"is {self.task!r}"
                 raise SpecError("command line", "--task", problem, "give deploy or swap, or a task in a --team file")
             fields["task"] = {"kind": self.task}
+        if self.algorithm is not None:
+            options = {} if team.algorithm is None else team.algorithm.options
+            fields["algorithm"] = {"use": absolute(self.algorithm), "options": options}
         for name, value in {"avoid": self.avoid, "path": self.path, "duration_s": self.duration}.items():
             if value is not None:
                 fields[name] = value

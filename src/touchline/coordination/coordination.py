@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
 
+from touchline.coordination.algorithms.algorithm_task import AlgorithmTask, task_with_algorithm
 from touchline.coordination.body_contacts import body_radius_m
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.hub import Hub, TeamSettings
-from touchline.coordination.tasks import ARRIVED_M, GoalLists, TeamTask, task_of
+from touchline.coordination.tasks import ARRIVED_M, TeamTask, task_of
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Guidance, TeamCell, Whereabouts
 from touchline.schemas.messages.team_messages import FIRST_CELL
@@ -124,7 +126,7 @@ class Coordination:
         if self.hub is None:
             if self.waits_for:
                 return
-            self.task = task_of(self._team.task, self._area, _places(self._first))
+            self.task = self._task_of(self._team.task, _places(self._first))
             self.hub = Hub(self._area, self.task, self._first, now_s, settings_of(self._team))
             self._begun_s = now_s
         self.hub.update(now_s)
@@ -142,12 +144,23 @@ class Coordination:
         if self.hub is None:
             raise SpecError("team", "task", "comes before all robots know where they are", "send it again in a moment")
         places = dict(zip(self.hub.names, ((float(x), float(y)) for x, y in self.hub.places), strict=True))
-        self.task = task_of(spec, self._area, places)
+        self.task = self._task_of(spec, places)
         self.hub.set_task(self.task)
+
+    def _task_of(self, spec: TaskSpec, places: Mapping[str, tuple[float, float]]) -> TeamTask:
+        """Return a task, with the team's algorithm if it has one; the algorithm itself stays the same.
+
+        Raises:
+            SpecError: The task names an unknown robot, or the algorithm cannot be used.
+        """
+        given = task_of(spec, self._area, places)
+        if isinstance(self.task, AlgorithmTask):
+            return AlgorithmTask(self._team, self._area, given, self.task.decider)
+        return given if self._team.algorithm is None else task_with_algorithm(self._team, self._area, given)
 
     def arrived(self) -> list[str]:
         """Return the robots that believe to be at their last goals; empty if the task has none."""
-        if self.hub is None or not isinstance(self.task, GoalLists):
+        if self.hub is None or self.task is None or not self.task.ends_on_arrival:
             return []
         last = self.task.last
         at = zip(self.hub.names, self.hub.places, strict=True)

@@ -28,6 +28,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.coordination.algorithms.team_algorithm import GoalWish, PathWish, TwistWish, VelocityWish, Wish
+from touchline.coordination.algorithms.wish_geometry import aim_of, velocity_of
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans import plan_kernels as k
 from touchline.coordination.plans.geodesics import Geodesics
@@ -43,6 +45,7 @@ _KEEP_RIGHT_M: Final = 0.3
 """Distance to the right of its way at which a robot drives while a wall is between it and its goal…"""
 _MEETS_M: Final = 4.0
 """…and another robot is so near."""
+_STANDS_MPS: Final = 1e-9
 _ROUNDING_M: Final = 1e-9
 _STOPS_M: Final = 0.6
 _THERE_M: Final = 0.03
@@ -62,22 +65,25 @@ class CommittedPlans:
 
     Attributes:
         plans: (n, m, 5) of `plan_kernels`, of which the first sample is now.
+        changes: (n, 2) change of the speed (m/s) and yaw rate (rad/s) that each robot has wished at the last update.
         token: Robot that has the token; −1: none.
     """
 
-    def __init__(self, poses: Floats, area: FreeArea, limits: k.PlanLimits) -> None:
+    def __init__(self, poses: Floats, area: FreeArea, limits: k.PlanLimits, *, apart: bool = True) -> None:
         """Let all robots stay where they stand.
 
         Args:
             poses: (n, 3) x, y (m), heading (rad).
             area: The area.
             limits: Limits of plans.
+            apart: False: every wish is granted, whoever or whatever is in the way.
 
         Raises:
             TooNear: Two robots, or one and a wall, are nearer than plans may be.
         """
-        self._limits = limits
-        self._around = k.AreaBorders(np.ascontiguousarray(area.sides), np.ascontiguousarray(area.walls))
+        self._limits = limits = limits if apart else limits._replace(apart_m=0.0)
+        sides, walls = (area.sides, area.walls) if apart else (area.sides[:0], area.walls[:0])
+        self._around = k.AreaBorders(np.ascontiguousarray(sides), np.ascontiguousarray(walls))
         self.plans: Floats = np.zeros((len(poses), k.samples_of(limits), t.COLUMNS))
         self.plans[:, :, :3] = poses[:, None]
         if (apart_m := k.closest_plans_m(self.plans)) < limits.apart_m:
@@ -86,9 +92,10 @@ class CommittedPlans:
             raise TooNear(f"a robot stands nearer than {limits.wall_m:g} m to a wall: move it away")
         self._geodesics = Geodesics(area, limits.wall_m) if len(area.walls) else None
         self._velocities: Complexes = np.zeros(len(poses), dtype=np.complex128)
+        self.changes: Floats = np.zeros((len(poses), 2))
         self._nearest_m = np.full(len(poses), math.inf)
         self._nearer_s = np.zeros(len(poses))
-        self._now_s = self._token_s = 0.0
+        self._now_s, self._token_s, self._turns = 0.0, 0.0, 0
         self.token = -1
 
     @property
@@ -102,27 +109,48 @@ class CommittedPlans:
         """Least distance of any two plans from now on (m)."""
         return float(k.closest_plans_m(self.plans))
 
-    def update(self, goals: Floats) -> None:
+    def update(self, wishes: Sequence[Wish]) -> None:
         """Let a period pass, and all robots choose new plans.
 
         Args:
-            goals: (n, 2) where each wants to be (m).
+            wishes: Wish of each.
         """
         self._pass_time()
-        wanted = goals[:, 0] + 1j * goals[:, 1]
-        ways = [self._way(place, goal) for place, goal in zip(self.places.tolist(), wanted.tolist(), strict=True)]
-        left_m = np.array([length_m for _, length_m in ways])
+        self.changes[:] = 0.0
+        ways = [self._way(place, wish) for place, wish in zip(self.places.tolist(), wishes, strict=True)]
+        left_m = np.array([0.0 if way is None else way[1] for way in ways])
         self._look_for_token(left_m)
         chosen: set[int] = set()
-        if self.token >= 0:
-            self._drive_first(self.token, ways[self.token], chosen)
-        for who in np.argsort(left_m, kind="stable").tolist():
-            if who not in chosen:
-                self._choose(who, ways[who])
+        if self.token >= 0 and (first := ways[self.token]) is not None:
+            self._drive_first(self.token, first, chosen)
+        self._turns += 1  # those without a way choose first, each in its turn
+        order = np.roll(np.arange(len(ways)), -self._turns)
+        for who in order[np.argsort(left_m[order], kind="stable")].tolist():
+            if who in chosen:
+                continue
+            if (way := ways[who]) is not None:
+                self._choose(who, way)
+            else:
+                self._drive(who, self._velocity(who, wishes[who]))
 
-    def _way(self, place: complex, goal: complex) -> tuple[complex, float]:
-        """Return where to drive at on the way to a goal, and the length of that (m)."""
+    def _way(self, place: complex, wish: Wish) -> tuple[complex, float] | None:
+        """Return where to drive at on the way to a goal, and the length of that (m); None for other wishes."""
+        if isinstance(wish, PathWish):
+            aim = aim_of(wish, place)
+            return aim, abs(aim - place) + abs(complex(*wish.points_m[-1]) - aim)
+        if not isinstance(wish, GoalWish):
+            return None
+        goal = complex(wish.x_m, wish.y_m)
         return (goal, abs(goal - place)) if self._geodesics is None else self._geodesics.way(place, goal)
+
+    def _velocity(self, who: int, wish: Wish) -> complex:
+        """Return a wished velocity (m/s); one of a robot that is to stand keeps its heading."""
+        now = self.plans[who, 0]
+        if isinstance(wish, TwistWish):
+            forward = TwistWish(max(wish.speed_mps, _STANDS_MPS), wish.yaw_rate_radps)
+            return velocity_of(forward, now[t.HEADING], self._limits.period_steps * t.STEP_S)
+        velocity = complex(wish.x_mps, wish.y_mps) if isinstance(wish, VelocityWish) else 0j
+        return velocity if abs(velocity) > _STANDS_MPS else cmath.rect(_STANDS_MPS, now[t.HEADING])
 
     def choose_by(self, wishes: Complexes, order: Sequence[int]) -> None:
         """Let a period pass, and robots choose plans by wished velocities, whatever these are.
@@ -161,12 +189,12 @@ class CommittedPlans:
         if abs(goal - complex(rest[t.X], rest[t.Y])) <= _THERE_M:
             self._velocities[who] = 0j
             return
-        k.choose(self.plans, who, goal, True, self._around, self._limits)
+        self.changes[who] = k.choose(self.plans, who, goal, True, self._around, self._limits)
         self._note_velocity(who)
 
     def _drive(self, who: int, wish: complex) -> None:
         """Commit a robot to the plan nearest to a wished velocity (m/s)."""
-        k.choose(self.plans, who, wish, False, self._around, self._limits)
+        self.changes[who] = k.choose(self.plans, who, wish, False, self._around, self._limits)
         self._note_velocity(who)
 
     def _note_velocity(self, who: int) -> None:

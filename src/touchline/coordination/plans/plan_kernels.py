@@ -205,7 +205,9 @@ def primitive(now: Floats, number: int, bearing: float, limits: PlanLimits) -> t
 
 
 @kernel
-def choose(plans: Floats, who: int, aim: complex, stops: bool, around: AreaBorders, limits: PlanLimits) -> bool:
+def choose(
+    plans: Floats, who: int, aim: complex, stops: bool, around: AreaBorders, limits: PlanLimits
+) -> tuple[float, float]:
     """Commit a robot to the plan nearest to its aim that keeps apart from all plans and walls.
 
     Args:
@@ -217,10 +219,12 @@ def choose(plans: Floats, who: int, aim: complex, stops: bool, around: AreaBorde
         limits: Limits.
 
     Returns:
-        Whether its plan is a new one.
+        Change of the speed (m/s) and of the yaw rate (rad/s) at the end of the period, against the plan nearest to the
+        aim.
     """
-    trial, costs = np.empty(plans.shape[1:]), np.empty(PRIMITIVES)
+    trial, costs, end = np.empty(plans.shape[1:]), np.empty(PRIMITIVES), limits.period_steps
     trial[0] = plans[who, 0]
+    speed_mps, rate_radps, first = 0.0, 0.0, True
     toward = aim - complex(trial[0, X], trial[0, Y]) if stops else aim
     bearing = math.atan2(toward.imag, toward.real)
     for number in range(PRIMITIVES):
@@ -231,10 +235,12 @@ def choose(plans: Floats, who: int, aim: complex, stops: bool, around: AreaBorde
     for number in np.argsort(costs, kind="mergesort"):
         speed, rate = primitive(trial[0], number, bearing, limits)
         roll_out(trial, speed, rate, limits, len(trial))
+        if first:
+            speed_mps, rate_radps, first = trial[end, SPEED], trial[end, YAW_RATE], False
         if first_conflict(trial, who, plans, limits) < 0 and clear_of_walls(trial, around, limits):
             plans[who] = trial
-            return True
-    return False
+            break
+    return plans[who, end, SPEED] - speed_mps, plans[who, end, YAW_RATE] - rate_radps
 
 
 @kernel

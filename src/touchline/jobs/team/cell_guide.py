@@ -10,6 +10,7 @@ from touchline.coordination.coordination import Coordination
 from touchline.coordination.exchange import Exchange
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.guidance_messages import header_at, stamped_guidance
+from touchline.coordination.interventions import Interventions
 from touchline.coordination.task_statistics import TaskStatistics
 from touchline.coordination.tasks import TeamTask
 from touchline.coordination.team_status import team_messages
@@ -66,6 +67,12 @@ class CellGuide:
     def waits_for(self) -> tuple[str, ...]:
         """Return robots that are not localized, as of `TeamGuide`."""
         return self._coordination.waits_for
+
+    @property
+    def interventions(self) -> Interventions:
+        """Changes of wishes so far, as of `TeamGuide`."""
+        hub = self._coordination.hub
+        return Interventions() if hub is None else hub.interventions
 
     def talk(self, tick: int, awake: Collection[str]) -> bool:
         """Exchange messages with the robots, as of `TeamGuide`."""

@@ -8,8 +8,11 @@ from typing import Final
 
 import numpy as np
 
+from touchline.coordination.algorithms.algorithm_task import AlgorithmTask, task_with_algorithm
+from touchline.coordination.algorithms.team_algorithm import GoalWish, Wish
 from touchline.coordination.body_contacts import body_radius_m
 from touchline.coordination.free_area import FreeArea
+from touchline.coordination.interventions import Interventions
 from touchline.coordination.plans.committed_plans import CommittedPlans
 from touchline.coordination.plans.plan_kernels import PlanLimits
 from touchline.coordination.tasks import TeamTask, task_of
@@ -63,7 +66,7 @@ class PlanGuide:
         self._task: TeamTask | None = None
         self._plans: CommittedPlans | None = None
         self._begun_tick = 0
-        self.believed, self.problem = BelievedApart(), ""
+        self.believed, self.interventions, self.problem = BelievedApart(), Interventions(), ""
         for robot in robots.values():
             robot.begin_guided()
 
@@ -101,17 +104,29 @@ class PlanGuide:
             self._look_for_strays()
         if self._plans is None or self._task is None or self.problem:
             return True
-        places = np.array(list(self._places().values()))
-        self._plans.update(self._task.goals(list(self._robots), places))
+        names = list(self._robots)
+        self._plans.update(self._wishes(self._task, names))
+        self.interventions.note(names, self._plans.changes)
         self.believed.nearest_plans_m = min(self.believed.nearest_plans_m, self._plans.closest_m)
         for robot, plan in zip(self._robots.values(), self._plans.plans, strict=True):
             robot.follow_plan(plan.copy())
         return True
 
+    def _wishes(self, task: TeamTask, names: list[str]) -> list[Wish]:
+        """Return the wish of each robot."""
+        states = np.array([robot.emulator.onboard.estimate[:4] for robot in self._robots.values()])
+        if not isinstance(task, AlgorithmTask):
+            return [GoalWish(x, y) for x, y in task.goals(names, states).tolist()]
+        wishes = task.wishes(names, states)
+        return [wishes[name] for name in names]
+
     def _begin(self, tick: int) -> None:
         poses = np.array([robot.emulator.onboard.estimate[:3] for robot in self._robots.values()])
-        self._plans = CommittedPlans(poses, self._area, limits_of(self._team))
-        self._task, self._begun_tick = task_of(self._team.task, self._area, self._places()), tick
+        given = task_of(self._team.task, self._area, self._places())
+        self._task = given if self._team.algorithm is None else task_with_algorithm(self._team, self._area, given)
+        apart = self._team.avoid == "plans"
+        self._plans = CommittedPlans(poses, self._area, limits_of(self._team), apart=apart)
+        self._begun_tick = tick
 
     def _look_for_strays(self) -> None:
         """Pause all robots if one is so far off its plan that r_s does not hold its body any more."""

@@ -7,7 +7,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from touchline.coordination.tasks import ARRIVED_M, GoalLists, TeamTask
+from touchline.coordination.interventions import Interventions
+from touchline.coordination.tasks import ARRIVED_M, TeamTask
 from touchline.schemas.team import TeamScenario
 
 Place = tuple[float, float]
@@ -42,7 +43,7 @@ def run_over(team: TeamScenario, task: TeamTask | None, ticks: int, places: Mapp
     if task is None:
         return False
     late = ticks >= 100.0 * team.duration_s - 0.5
-    if late or not isinstance(task, GoalLists):
+    if late or not task.ends_on_arrival:
         return late
     return all(math.dist(at, task.last.get(name, at)) <= ARRIVED_M for name, at in places.items())
 
@@ -57,6 +58,11 @@ class TeamGuide(Protocol):
 
     believed: BelievedApart
     problem: str
+
+    @property
+    def interventions(self) -> Interventions:
+        """Changes of wishes so far."""
+        ...
 
     @property
     def step_ticks(self) -> int:
