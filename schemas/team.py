@@ -6,7 +6,6 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from touchline.schemas.errors import SpecError
 from touchline.schemas.faults import AnyFault
 from touchline.schemas.given_angles import Angle
 from touchline.schemas.onboard import OnboardConfig
@@ -191,7 +190,7 @@ class TeamScenario(Spec):
     world: Scenario = on_its_ground("turtlebot2", Scenario())
     """Scenario of all robots; the seed of `tb7` is 6 more than the world's."""
     avoid: Literal["cells", "plans", "none"] = "cells"
-    """`cells`, `plans` (not over Zenoh yet), or `none`: as in the study, each on its own path.
+    """`cells`, `plans`, or `none`: as in the study, each on its own path; with an algorithm, as that wishes.
 
     With `none` the follower is `frenet`, the speed that of the study's law.
     """
@@ -249,16 +248,17 @@ class TeamScenario(Spec):
         """Of all robots, sorted as text."""
         return tuple(sorted(self.places or (f"tb{number}" for number in range(1, self.robots + 1))))
 
-    def check_on_bus(self) -> None:
-        """Check that a coordinator on the bus can guide the team.
+    @property
+    def by_plans(self) -> bool:
+        """True if robots are guided by plans instead of cells; plans may also keep apart from nothing."""
+        return self.avoid == "plans" or (self.avoid == "none" and self.algorithm is not None)
 
-        Raises:
-            SpecError: It cannot.
-        """
-        if self.avoid == "plans":
-            raise SpecError(
-                "team", "avoid", "is plans, which are not sent over Zenoh yet", "use fleet simulate, or cells"
-            )
+    @model_validator(mode="after")
+    def _has_no_faults_by_plans(self) -> Self:
+        failing = {"faults": self.faults, "world.faults": self.world.faults, "frozen": self.frozen}
+        for field in (field for field, there in failing.items() if there and self.by_plans):
+            raise ValueError(f"{field} is not supported by plans, which robots must follow: use avoid: cells")
+        return self
 
     def setup(self, name: str, start: Pose2) -> Setup:
         """Setup that decides a robot's session.

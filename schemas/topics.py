@@ -168,6 +168,8 @@ UNFINISHED = Topic(
 )
 #: Of a robot that a team's coordinator guides.
 WHEREABOUTS = Topic("traversal/whereabouts", m.Whereabouts, 10, units="m, s", tolerance=1e-6, general=False)
+#: Instead, of one that it guides by plans.
+PLAN_STATE = Topic("traversal/plan_state", m.PlanState, 10, units="m, rad, s", tolerance=1e-6, general=False)
 #: Of an emulated robot in lockstep with its team: by this, who touches whom has its bumper pressed.
 TRUE_WAY = Topic("truth/way", m.TrueWay, recorded=False, units="m", general=False)
 #: Of a robot with a lidar: what it sees near it.

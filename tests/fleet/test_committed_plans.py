@@ -24,10 +24,12 @@ LIMITS = kernels.PlanLimits(
     yaw_acceleration_radps2=4.0,
     apart_m=0.4,
     wall_m=0.2,
-    period_steps=8,
+    lead_steps=0,
+    drive_steps=8,
+    update_steps=8,
 )
 ROOM = FreeArea.of([(0, 0), (5, 0), (5, 4), (0, 4)], [[(2, 1.5), (3, 1.5), (3, 2.5), (2, 2.5)]])
-PERIOD_S = LIMITS.period_steps * t.STEP_S
+PERIOD_S = 0.4
 ROUNDING_M = 1e-9
 
 
@@ -71,7 +73,7 @@ def test_no_wish_brings_plans_nearer_than_they_may_be(malicious: bool) -> None:
             team.choose_by(wishes, rng.permutation(14)[: rng.integers(15)].tolist())
             assert team.closest_m >= LIMITS.apart_m - ROUNDING_M
             assert wall_clearance_m(team.plans) >= LIMITS.wall_m - ROUNDING_M
-            np.testing.assert_array_equal(team.plans[:, 0], before[:, LIMITS.period_steps])  # nobody jumps
+            np.testing.assert_array_equal(team.plans[:, 0], before[:, LIMITS.drive_steps])  # nobody jumps
             moved_m += float(np.abs(team.places - places).sum())
     assert moved_m > 20.0
 
@@ -82,9 +84,10 @@ def test_the_rest_of_every_plan_stays_permitted() -> None:
     for _ in range(40):
         team.choose_by(at_nearest(team.places), range(14))
         rests = team.plans.copy()
+        claims = kernels.Claims(rests, np.arange(14))
         for steps in range(1, rests.shape[1]):
             kernels.advance(rests, 1)
-            assert all(kernels.first_conflict(plan, who, rests, LIMITS) < 0 for who, plan in enumerate(rests)), steps
+            assert all(kernels.first_conflict(plan, who, claims, LIMITS) < 0 for who, plan in enumerate(rests)), steps
             assert all(kernels.clear_of_walls(plan, around, LIMITS) for plan in rests)
         assert not rests[:, 0, t.SPEED :].any()  # by then all stand
 
@@ -98,7 +101,7 @@ def test_a_plan_changes_speed_and_yaw_rate_no_faster_than_it_may_and_ends_at_res
         kernels.roll_out(plan, speed, rate, LIMITS, len(plan))
         assert np.abs(np.diff(plan[:, t.SPEED])).max() <= LIMITS.acceleration_mps2 * t.STEP_S + 1e-12
         assert np.abs(np.diff(plan[:, t.YAW_RATE])).max() <= LIMITS.yaw_acceleration_radps2 * t.STEP_S + 1e-12
-        assert plan[LIMITS.period_steps, t.SPEED] == pytest.approx(speed)
+        assert plan[LIMITS.drive_steps, t.SPEED] == pytest.approx(speed)
         assert not plan[-1, t.SPEED :].any()
         assert abs(rate) * max(speed, plan[0, t.SPEED]) <= LIMITS.lateral_acceleration_mps2 + 1e-12
 

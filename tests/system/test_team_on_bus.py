@@ -73,12 +73,14 @@ def test_robots_that_touch_have_their_bumpers_pressed_at_the_same_tick_over_the_
     assert len(read_team(recording).contacts().pairs) == 1
 
 
-def test_an_algorithm_decides_the_same_over_the_bus(tmp_path: Path) -> None:
+@pytest.mark.parametrize("avoid", ["cells", "plans"])
+def test_an_algorithm_decides_the_same_over_the_bus(avoid: str, tmp_path: Path) -> None:
     pursuit = Path(__file__).parents[2] / "examples" / "teams" / "cyclic_pursuit.py"
-    run = ("--robots", "3", "--duration", "4", "--algorithm", f"{pursuit}:CyclicPursuit", "--json")
-    one, other = (
-        figures(each) for each in (touchline_here("fleet", "simulate", *run, "--hash"), touchline("fleet", "run", *run))
-    )
+    recording, algorithm = tmp_path / "team.mcap", ("--algorithm", f"{pursuit}:CyclicPursuit", "--avoid", avoid)
+    run = ("--robots", "3", "--duration", "4", *algorithm, "--json")
+    one = figures(touchline_here("fleet", "simulate", *run, "--hash"))
+    other = figures(touchline("fleet", "run", *run, "--record", str(recording)))
+    assert [each.passed for each in check_recording(recording)] == [True, True, True]
     assert one["hash"] == other["hash"]
     assert one["algorithm"] == other["algorithm"]
     assert one["intervention"] == other["intervention"]

@@ -120,7 +120,7 @@ def test_whatever_they_wish_robots_do_not_touch(offer: Any, avoid: str) -> None:
     assert figures["beyond_walls_robot_s"] == 0.0
     assert figures["intervention"]["changed_share"] > 0.1
     if avoid == "plans":
-        assert run.guide.believed.nearest_plans_m >= 0.4 - 1e-9
+        assert run.guide.believed.nearest_m >= 0.4 - 1e-9
 
 
 def test_without_safety_every_wish_is_granted_and_contacts_are_counted(offer: Any) -> None:

@@ -277,6 +277,11 @@ class Hub:
         return np.column_stack((self.places, headings, speeds_mps))
 
     @property
+    def corners(self) -> dict[str, Floats]:
+        """(c, 2) corners of the newest cell of each robot, by name (m, map frame)."""
+        return {name: cell.corners for name, cell in self.cells.items()}
+
+    @property
     def cells(self) -> dict[str, BufferedCell]:
         """Newest cell of each robot, by name."""
         return {name: robot.using[max(robot.using)].cell for name, robot in self._robots.items()}
@@ -286,12 +291,12 @@ class Hub:
         return self._robots[name].newest.decided
 
     @property
-    def outside_cells_m(self) -> dict[str, float]:
+    def outside_m(self) -> dict[str, float]:
         """Distance of each robot outside the cell that it keeps to, as reported; negative inside (m)."""
         return {name: robot.adopted.cell.excess_m(robot.segment) for name, robot in self._robots.items()}
 
     @property
-    def nearest_segments_m(self) -> float:
+    def nearest_m(self) -> float:
         """Smallest distance of two robots' stopping segments, as reported; inf for a single robot (m)."""
         return float(least_apart_m(np.array([robot.segment for robot in self._robots.values()]).reshape(-1, 4)))
 

@@ -40,7 +40,7 @@ class TaskStatistics:
             return
         self._begun_s = now_s if self._updates == 0 else self._begun_s
         self._now_s, self._updates = now_s, self._updates + 1
-        self._nearest_m = min(self._nearest_m, hub.nearest_segments_m)
+        self._nearest_m = min(self._nearest_m, hub.nearest_m)
         self._blockages.update(now_s)
 
     def blockage(self, name: str) -> str:

@@ -39,7 +39,7 @@ def team_status(coordination: Coordination, area: FreeArea) -> TeamStatus:
     if hub is None or task is None:
         waits = coordination.waits_for
         return TeamStatus(problem=f"waiting for {', '.join(waits[:5])}{' …' * (len(waits) > 5)}" if waits else "")
-    places, outside_m = hub.places, max(hub.outside_cells_m.values(), default=-math.inf)
+    places, outside_m = hub.places, max(hub.outside_m.values(), default=-math.inf)
     even = not task.ends_on_arrival and task.density == EVEN
     cost = deployment(places, area).cost / square_cost(len(places), area.area_m2) if even else math.nan
     return TeamStatus(
@@ -47,6 +47,6 @@ def team_status(coordination: Coordination, area: FreeArea) -> TeamStatus:
         stuck=len(hub.stuck),
         resting=len(hub.resting),
         cost_of_squares=cost,
-        nearest_m=hub.nearest_segments_m,
+        nearest_m=hub.nearest_m,
         outside_m=outside_m,
     )

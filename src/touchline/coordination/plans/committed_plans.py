@@ -4,7 +4,8 @@ A plan is one period of a speed and a yaw rate, then braking to rest. Invariant:
 2·r_s apart at every time from now on, and each as far from walls as it must be. In each update robots choose one after
 another; a new plan must keep apart from those of all others: the new ones of those who have chosen, the rest of the old
 ones of those who have not. So each replacement keeps the invariant; a robot without any other permitted plan keeps the
-rest of its old one, which always qualifies. docs/explanation/teams.md has the reasons. After Petti, Fraichard, "Safe
+rest of its old one, which always qualifies. Where messages may be lost, both the old and the new plan of a robot are
+kept clear until it is known which it follows. docs/explanation/teams.md has the reasons. After Petti, Fraichard, "Safe
 motion planning in dynamic environments", IROS 2005, and Bekris, Tsianos, Kavraki, IROS 2007.
 
 What a robot wishes decides only how fast it arrives, not whether it is safe:
@@ -38,6 +39,7 @@ from touchline.schemas.errors import TouchlineError
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
+Bools = NDArray[np.bool_]
 
 _RIGHT_RAD: Final = math.radians(21.0)
 _FAR_M: Final = 2.0
@@ -64,29 +66,43 @@ class CommittedPlans:
     """Plans of a team of robots, known by their numbers.
 
     Attributes:
-        plans: (n, m, 5) of `plan_kernels`, of which the first sample is now.
+        plans: (n, m, 5) of `plan_kernels`, of which the first sample is now: those that robots are known to follow.
         changes: (n, 2) change of the speed (m/s) and yaw rate (rad/s) that each robot has wished at the last update.
         token: Robot that has the token; −1: none.
     """
 
-    def __init__(self, poses: Floats, area: FreeArea, limits: k.PlanLimits, *, apart: bool = True) -> None:
+    def __init__(
+        self,
+        poses: Floats,
+        area: FreeArea,
+        limits: k.PlanLimits,
+        *,
+        certain: bool = True,
+        apart: bool = True,
+    ) -> None:
         """Let all robots stay where they stand.
 
         Args:
             poses: (n, 3) x, y (m), heading (rad).
             area: The area.
             limits: Limits of plans.
+            certain: Whether all robots follow what is chosen at once; else new plans are proposals until `settle`.
             apart: False: every wish is granted, whoever or whatever is in the way.
 
         Raises:
             TooNear: Two robots, or one and a wall, are nearer than plans may be.
         """
+        self._certain = certain
         self._limits = limits = limits if apart else limits._replace(apart_m=0.0)
         sides, walls = (area.sides, area.walls) if apart else (area.sides[:0], area.walls[:0])
         self._around = k.AreaBorders(np.ascontiguousarray(sides), np.ascontiguousarray(walls))
-        self.plans: Floats = np.zeros((len(poses), k.samples_of(limits), t.COLUMNS))
-        self.plans[:, :, :3] = poses[:, None]
-        if (apart_m := k.closest_plans_m(self.plans)) < limits.apart_m:
+        n = len(poses)
+        rows = n if certain else 2 * n
+        plans: Floats = np.zeros((rows, k.samples_of(limits), t.COLUMNS))
+        self._claims = k.Claims(plans, np.full(rows, -1, dtype=np.int64))
+        plans[:n, :, :3], self._claims.owners[:n] = poses[:, None], np.arange(n)
+        self.plans = plans[:n]
+        if (apart_m := self.closest_m) < limits.apart_m:
             raise TooNear(f"two robots stand {apart_m:.3f} m apart, plans need {limits.apart_m:g} m: move them apart")
         if not all(k.clear_of_walls(plan, self._around, limits) for plan in self.plans):
             raise TooNear(f"a robot stands nearer than {limits.wall_m:g} m to a wall: move it away")
@@ -100,14 +116,34 @@ class CommittedPlans:
 
     @property
     def places(self) -> Complexes:
-        """(n,) where each plan is now, x + iy (m)."""
-        found: Complexes = self.plans[:, 0, t.X] + 1j * self.plans[:, 0, t.Y]
+        """(n,) where each plan is when a new one may begin to differ, x + iy (m)."""
+        begins = self.plans[:, self._limits.lead_steps]
+        found: Complexes = begins[:, t.X] + 1j * begins[:, t.Y]
         return found
 
     @property
     def closest_m(self) -> float:
-        """Least distance of any two plans from now on (m)."""
-        return float(k.closest_plans_m(self.plans))
+        """Least distance of two robots' plans from now on (m), proposals included."""
+        return float(k.closest_plans_m(self._claims))
+
+    @property
+    def proposed(self) -> Bools:
+        """(n,) whether a robot may be following its proposal instead of its plan, until `settle`."""
+        return (
+            np.zeros(len(self.plans), dtype=np.bool_) if self._certain else self._claims.owners[len(self.plans) :] >= 0
+        )
+
+    @property
+    def proposals(self) -> Floats:
+        """(n, m, 5) proposals, where there are any; without them the plans."""
+        return self.plans if self._certain else self._claims.plans[len(self.plans) :]
+
+    def settle(self, who: int, *, follows: bool) -> None:
+        """Take note whether a robot follows its proposal from now on, or never will."""
+        proposal = len(self.plans) + who
+        if follows:
+            self.plans[who] = self._claims.plans[proposal]
+        self._claims.owners[proposal] = -1
 
     def update(self, wishes: Sequence[Wish]) -> None:
         """Let a period pass, and all robots choose new plans.
@@ -117,11 +153,11 @@ class CommittedPlans:
         """
         self._pass_time()
         self.changes[:] = 0.0
+        chosen = set(np.flatnonzero(self.proposed).tolist())  # these cannot be asked anything else yet
         ways = [self._way(place, wish) for place, wish in zip(self.places.tolist(), wishes, strict=True)]
         left_m = np.array([0.0 if way is None else way[1] for way in ways])
         self._look_for_token(left_m)
-        chosen: set[int] = set()
-        if self.token >= 0 and (first := ways[self.token]) is not None:
+        if self.token >= 0 and self.token not in chosen and (first := ways[self.token]) is not None:
             self._drive_first(self.token, first, chosen)
         self._turns += 1  # those without a way choose first, each in its turn
         order = np.roll(np.arange(len(ways)), -self._turns)
@@ -145,10 +181,10 @@ class CommittedPlans:
 
     def _velocity(self, who: int, wish: Wish) -> complex:
         """Return a wished velocity (m/s); one of a robot that is to stand keeps its heading."""
-        now = self.plans[who, 0]
+        now = self.plans[who, self._limits.lead_steps]
         if isinstance(wish, TwistWish):
             forward = TwistWish(max(wish.speed_mps, _STANDS_MPS), wish.yaw_rate_radps)
-            return velocity_of(forward, now[t.HEADING], self._limits.period_steps * t.STEP_S)
+            return velocity_of(forward, now[t.HEADING], self._limits.drive_steps * t.STEP_S)
         velocity = complex(wish.x_mps, wish.y_mps) if isinstance(wish, VelocityWish) else 0j
         return velocity if abs(velocity) > _STANDS_MPS else cmath.rect(_STANDS_MPS, now[t.HEADING])
 
@@ -164,8 +200,8 @@ class CommittedPlans:
             self._drive(who, complex(wishes[who]))
 
     def _pass_time(self) -> None:
-        k.advance(self.plans, self._limits.period_steps)
-        self._now_s += self._limits.period_steps * t.STEP_S
+        k.advance(self._claims.plans, self._limits.update_steps)
+        self._now_s += self._limits.update_steps * t.STEP_S
 
     def _choose(self, who: int, way: tuple[complex, float]) -> None:
         """Commit a robot to a plan along its way: the point to drive at, and the length of the whole way (m)."""
@@ -189,16 +225,21 @@ class CommittedPlans:
         if abs(goal - complex(rest[t.X], rest[t.Y])) <= _THERE_M:
             self._velocities[who] = 0j
             return
-        self.changes[who] = k.choose(self.plans, who, goal, True, self._around, self._limits)
-        self._note_velocity(who)
+        self._commit(who, goal, stops=True)
 
     def _drive(self, who: int, wish: complex) -> None:
         """Commit a robot to the plan nearest to a wished velocity (m/s)."""
-        self.changes[who] = k.choose(self.plans, who, wish, False, self._around, self._limits)
-        self._note_velocity(who)
+        self._commit(who, wish, stops=False)
 
-    def _note_velocity(self, who: int) -> None:
-        end = self.plans[who, self._limits.period_steps]
+    def _commit(self, who: int, aim: complex, *, stops: bool) -> None:
+        """Commit a robot to the plan nearest to an aim, as of `plan_kernels.choose`."""
+        into = who if self._certain else len(self.plans) + who
+        plans, owners = self._claims
+        if into != who and owners[into] == who:
+            return  # what it follows must be known first
+        self.changes[who] = k.choose(self._claims, who, into, aim, stops, self._around, self._limits)
+        chosen = plans[into] if owners[into] == who else plans[who]
+        end = chosen[self._limits.brakes_at]
         self._velocities[who] = cmath.rect(end[t.SPEED], end[t.HEADING])
 
     def _straight(self, way: complex) -> complex:
@@ -218,7 +259,7 @@ class CommittedPlans:
     def _clear_way(self, who: int, wish: complex, chosen: set[int]) -> None:
         """Push aside all that stand in a robot's way, and first those that stand in theirs."""
         chosen.add(who)
-        while (other := k.blocker(self.plans, who, wish, self._around, self._limits)) >= 0 and other not in chosen:
+        while (other := k.blocker(self._claims, who, wish, self._around, self._limits)) >= 0 and other not in chosen:
             aside = self._aside(other, who, wish)
             self._clear_way(other, aside, chosen)
             self._drive(other, aside)

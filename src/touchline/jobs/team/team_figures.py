@@ -85,15 +85,8 @@ def _deployed(run: TeamRun) -> dict[str, Any]:
 def _believed(run: TeamRun) -> dict[str, float | None]:
     """Return how far robots were apart by their own estimates."""
     believed = run.guide.believed
-    if run.team.avoid != "cells":
-        return {
-            "nearest_plans_m": _number(believed.nearest_plans_m),
-            "off_plan_max_m": _number(believed.off_plan_m),
-        }
-    return {
-        "nearest_segments_m": _number(believed.nearest_segments_m),
-        "outside_cell_max_m": _number(believed.outside_cell_m),
-    }
+    nearest, outside = ("plans", "off_plan") if run.team.by_plans else ("segments", "outside_cell")
+    return {f"nearest_{nearest}_m": _number(believed.nearest_m), f"{outside}_max_m": _number(believed.outside_m)}
 
 
 def _stopped(run: TeamRun) -> dict[str, str]:

@@ -19,16 +19,12 @@ class BelievedApart:
     """Separation of robots by their own estimates; infinite without cells or plans.
 
     Attributes:
-        nearest_segments_m: Smallest distance of two stopping segments at an update.
-        outside_cell_m: Largest distance of a stopping segment outside its robot's cell.
-        nearest_plans_m: Smallest distance of two committed plans.
-        off_plan_m: Largest distance of a robot from its plan.
+        nearest_m: Smallest distance of two stopping segments, or of two robots' plans, at an update.
+        outside_m: Largest distance of a stopping segment outside its robot's cell, or of a robot from its plan.
     """
 
-    nearest_segments_m: float = math.inf
-    outside_cell_m: float = -math.inf
-    nearest_plans_m: float = math.inf
-    off_plan_m: float = -math.inf
+    nearest_m: float = math.inf
+    outside_m: float = -math.inf
 
 
 def run_over(team: TeamScenario, task: TeamTask | None, ticks: int, places: Mapping[str, Place]) -> bool:

@@ -18,9 +18,8 @@ from touchline.coordination.density import Density
 from touchline.coordination.lloyd import deployment
 from touchline.coordination.start_poses import free_area, start_poses
 from touchline.coordination.tasks import ARRIVED_M, TeamTask
-from touchline.jobs.team.cell_guide import CellGuide, TeamListener
+from touchline.jobs.team.hub_guide import HubGuide, TeamListener
 from touchline.jobs.team.path_guide import PathGuide
-from touchline.jobs.team.plan_guide import PlanGuide
 from touchline.jobs.team.team_guide import TeamGuide
 from touchline.jobs.team.team_robot import TeamRobot
 from touchline.schemas import topics
@@ -115,10 +114,8 @@ class TeamRun:
         several = min(threads, len(self.names)) if listener is None else 1  # a listener hears one robot after another
         self._shares = [range(first, len(self.names), several) for first in range(several)]
         self.guide: TeamGuide
-        if team.avoid == "cells":
-            self.guide = CellGuide(team, self.area, self.robots, listener)
-        elif team.avoid == "plans" or team.algorithm is not None:
-            self.guide = PlanGuide(team, self.area, self.robots)
+        if team.avoid == "cells" or team.by_plans:
+            self.guide = HubGuide(team, self.area, self.robots, listener)
         else:
             self.guide = PathGuide(team, self.area, self.robots)
 
