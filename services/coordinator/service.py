@@ -36,6 +36,7 @@ from touchline.schemas.spec import problems_of
 from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.schemas.topics import Service
 from touchline.services.coordinator.contact_injector import ContactInjector
+from touchline.services.coordinator.external_algorithm import ExternalDecider
 from touchline.services.coordinator.group_call import GroupCall, reasons, start_guidance
 from touchline.services.coordinator.invitations import Invitations
 from touchline.services.coordinator.removals import Removals
@@ -76,9 +77,9 @@ class TeamService:
     def __init__(self, bus: Bus, team: TeamScenario, area: FreeArea, *, lockstep: bool) -> None:
         self._bus, self._team, self._lockstep = bus, team, lockstep
         self._area = area
-        self._coordination = Coordination(team, area)
-        self._exchange = Exchange(team, self._coordination)
         self._buses = {name: bus.of(name) for name in team.names}  # and of all others that have been invited
+        self._coordination = Coordination(team, area, lambda radio: ExternalDecider(self._buses, radio))
+        self._exchange = Exchange(team, self._coordination)
         self._links = {name: RobotLink(each, team, lockstep=lockstep) for name, each in self._buses.items()}
         self._presser = ContactInjector(self._buses, body_radius_m(team.vehicle), area)
         self._step = self._exchange.step_ticks if lockstep else EXCHANGE_TICKS

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import time
 import uuid
 from collections.abc import Callable, Iterator
@@ -85,6 +87,24 @@ def test_an_algorithm_decides_the_same_over_the_bus(avoid: str, tmp_path: Path) 
     assert one["algorithm"] == other["algorithm"]
     assert one["intervention"] == other["intervention"]
     assert one["algorithm"]["radio"]["delivered"] > 0
+
+
+def test_a_process_of_another_decides_over_zenoh(bus_config: BusConfig, tmp_path: Path) -> None:
+    script = Path(__file__).parents[2] / "examples" / "teams" / "over_zenoh.py"
+    places = {name: {"x_m": x, "y_m": 2.0, "heading_rad": 0.0} for name, x in (("a", 1.0), ("b", 2.2), ("c", 3.4))}
+    file = tmp_path / "team.json"
+    file.write_text(json.dumps({"places": places, "area": AREA, "duration_s": 8.0, "algorithm": {"use": "external"}}))
+    with subprocess.Popen([sys.executable, str(script), bus_config.endpoint, *places]) as other:
+        try:
+            run = figures(touchline("fleet", "run", "--team", str(file), "--json", config=bus_config))
+        finally:
+            other.terminate()
+    assert run["success"], run["reason"]
+    radio = run["algorithm"]["radio"]
+    assert radio["sent"] > 0.8 * 3 * radio["rounds"]
+    assert radio["delivered"] > 0
+    assert not run["algorithm"]["held"]
+    assert run["closest_m"] < 0.6  # they have met
 
 
 def at(x_m: float) -> dict[str, float]:

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from touchline.coordination.algorithms.algorithm_task import AlgorithmTask, task_with_algorithm
+from touchline.coordination.algorithms.algorithm_task import AlgorithmTask, External, task_with_algorithm
 from touchline.coordination.body_contacts import body_radius_m
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.hub import Hub, TeamSettings
@@ -54,14 +54,15 @@ class Coordination:
     Args:
         team: Task and settings.
         area: The area.
+        external: Makes the decider that asks other processes for wishes, where there is a bus.
 
     Attributes:
         hub: The hub, once the team has begun.
         task: The team's task, likewise.
     """
 
-    def __init__(self, team: TeamScenario, area: FreeArea) -> None:
-        self._team, self._area = team, area
+    def __init__(self, team: TeamScenario, area: FreeArea, external: External | None = None) -> None:
+        self._team, self._area, self._external = team, area, external
         self._first: dict[str, Reported] = {}
         self._begun_s = math.inf
         self._out: set[str] = set()
@@ -194,7 +195,11 @@ class Coordination:
         given = task_of(spec, self._area, places)
         if isinstance(self.task, AlgorithmTask):
             return AlgorithmTask(self._team, self._area, given, self.task.decider)
-        return given if self._team.algorithm is None else task_with_algorithm(self._team, self._area, given)
+        return (
+            given
+            if self._team.algorithm is None
+            else task_with_algorithm(self._team, self._area, given, self._external)
+        )
 
     def arrived(self) -> list[str]:
         """Return the robots that believe to be at their last goals; empty if the task has none."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,14 @@ from touchline.coordination.algorithms.wish_geometry import aim_of, velocity_of
 from touchline.coordination.density import Density
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.tasks import TeamTask
+from touchline.schemas.errors import SpecError
 from touchline.schemas.team import TeamScenario
 
 Floats = NDArray[np.float64]
+External = Callable[[PeerRadio], Decider]
+
+EXTERNAL: Final = "external"
+"""Algorithm of other processes, asked over the bus."""
 
 
 class AlgorithmTask:
@@ -109,17 +115,30 @@ class AlgorithmTask:
         return np.array([(place.real, place.imag) for place in found]).reshape(-1, 2)
 
 
-def task_with_algorithm(team: TeamScenario, area: FreeArea, given: TeamTask) -> AlgorithmTask:
+def task_with_algorithm(
+    team: TeamScenario, area: FreeArea, given: TeamTask, external: External | None
+) -> AlgorithmTask:
     """Return the task of a team whose scenario names an algorithm.
 
+    Args:
+        team: The scenario.
+        area: The area.
+        given: The task that it is for.
+        external: Makes the decider that asks other processes, where there is a bus.
+
     Raises:
-        SpecError: There is none of that name, or it cannot be made.
+        SpecError: There is none of that name, it cannot be made, or it needs a bus.
         BrokenPlugin: It is of another package, which fails to import it.
     """
     assert team.algorithm is not None, "the team has an algorithm"
+    radio = PeerRadio(team.radio, team.number_of, area, team.world.seed, team.update_s)
+    if team.algorithm.use == EXTERNAL:
+        if external is None:
+            problem = f"is {EXTERNAL!r}, which is asked over the bus"
+            raise SpecError("team", "algorithm.use", problem, "use fleet run, or touchline coordinator")
+        return AlgorithmTask(team, area, given, external(radio))
     make = algorithm_of(team.algorithm)
     first = made(make)
     if not is_distributed(first):
         return AlgorithmTask(team, area, given, CentralDecider(first))
-    radio = PeerRadio(team.radio, team.number_of, area, team.world.seed, team.update_s)
     return AlgorithmTask(team, area, given, RobotDeciders(make, radio))
