@@ -69,7 +69,7 @@ def team() -> None:
     """Compile what a team drives with."""
     from touchline.cli import main as touchline
 
-    for avoid in ("cells", "plans"):
+    for avoid in ("cells", "plans", "barriers"):
         sys.argv[1:] = ["fleet", "simulate", "--robots", "2", "--duration", "1", "--avoid", avoid]
         with suppress(SystemExit), Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
             touchline()

@@ -189,8 +189,8 @@ class TeamScenario(Spec):
     """Configuration of all computers."""
     world: Scenario = on_its_ground("turtlebot2", Scenario())
     """Scenario of all robots; the seed of `tb7` is 6 more than the world's."""
-    avoid: Literal["cells", "plans", "none"] = "cells"
-    """`cells`, `plans`, or `none`: as in the study, each on its own path; with an algorithm, as that wishes.
+    avoid: Literal["cells", "plans", "barriers", "none"] = "cells"
+    """Collision avoidance; `none`: paths of their own, as in the study, or as an algorithm wishes.
 
     With `none` the follower is `frenet`, the speed that of the study's law.
     """
@@ -251,13 +251,15 @@ class TeamScenario(Spec):
     @property
     def by_plans(self) -> bool:
         """True if robots are guided by plans instead of cells; plans may also keep apart from nothing."""
-        return self.avoid == "plans" or (self.avoid == "none" and self.algorithm is not None)
+        return self.avoid in ("plans", "barriers") or (self.avoid == "none" and self.algorithm is not None)
 
     @model_validator(mode="after")
     def _has_no_faults_by_plans(self) -> Self:
         failing = {"faults": self.faults, "world.faults": self.world.faults, "frozen": self.frozen}
         for field in (field for field, there in failing.items() if there and self.by_plans):
             raise ValueError(f"{field} is not supported by plans, which robots must follow: use avoid: cells")
+        if self.avoid == "barriers" and not self.links.lossless:
+            raise ValueError("links lose messages, which barriers do not allow for: use avoid: plans, or cells")
         return self
 
     def setup(self, name: str, start: Pose2) -> Setup:

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from touchline.coordination.algorithms.team_algorithm import GoalWish
 from touchline.coordination.free_area import FreeArea
+from touchline.coordination.plans import barrier_kernels
 from touchline.coordination.plans import plan_kernels as kernels
+from touchline.coordination.plans.barrier_plans import BarrierPlans
 from touchline.coordination.plans.committed_plans import CommittedPlans, TooNear
 from touchline.core import timed_motion as t
 
@@ -59,6 +61,43 @@ def at_nearest(places: NDArray[np.complex128]) -> NDArray[np.complex128]:
     way = places[apart.argmin(axis=1)] - places
     wishes: NDArray[np.complex128] = way / np.abs(way)
     return wishes
+
+
+@pytest.mark.parametrize("malicious", [False, True], ids=["random", "at the nearest"])
+def test_no_wish_brings_plans_nearer_than_they_may_be_by_barriers(malicious: bool) -> None:
+    rng, changed_mps = np.random.default_rng(8), 0.0
+    for _ in range(4):
+        team = BarrierPlans(scattered(rng, 14), ROOM, LIMITS)
+        for _ in range(40):
+            before = team.plans.copy()
+            wishes = at_nearest(team.places) if malicious else rng.normal(size=14) + 1j * rng.normal(size=14)
+            team.choose_by(wishes, range(14))
+            assert team.closest_m >= LIMITS.apart_m - ROUNDING_M
+            assert wall_clearance_m(team.plans) >= LIMITS.wall_m - ROUNDING_M
+            np.testing.assert_array_equal(team.plans[:, 0], before[:, LIMITS.drive_steps])
+            changed_mps += float(np.abs(team.changes[:, 0]).sum())
+        assert team.infeasible == 0
+    assert changed_mps > 10.0
+
+
+def test_barriers_grant_the_wish_of_a_robot_that_is_alone() -> None:
+    team = BarrierPlans(np.array([(1.0, 3.0, 0.0)]), ROOM, LIMITS)
+    for _ in range(5):
+        team.choose_by(np.array([0.4 + 0.0j]), [0])
+        assert not team.changes.any()
+    assert team.plans[0, LIMITS.drive_steps, t.SPEED] == pytest.approx(0.4)
+
+
+def test_braking_is_what_is_left_of_a_plan_by_barriers() -> None:
+    rng = np.random.default_rng(4)
+    team = BarrierPlans(scattered(rng, 6), ROOM, LIMITS)
+    for _ in range(10):
+        team.choose_by(at_nearest(team.places), range(6))
+        rest = team.plans.copy()
+        kernels.advance(rest, LIMITS.drive_steps)
+        braking = rest.copy()
+        barrier_kernels.roll_out_all(braking, np.zeros((6, 2)), LIMITS)
+        np.testing.assert_allclose(braking, rest, atol=1e-12)
 
 
 @pytest.mark.parametrize("malicious", [False, True], ids=["random", "at the nearest"])

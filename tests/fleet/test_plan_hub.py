@@ -17,7 +17,7 @@ from touchline.onboard.executive.plan_keeper import PlanKeeper
 from touchline.schemas.messages import Guidance, PlanState
 
 LOSSY = LIMITS._replace(lead_steps=12, drive_steps=12)
-SETTINGS = PlanSettings(LOSSY, lag_s=0.0, margin_m=0.02, certain=False, apart=True)
+SETTINGS = PlanSettings(LOSSY, lag_s=0.0, margin_m=0.02, certain=False, avoid="plans")
 ROUNDING_M = 1e-9
 
 
@@ -125,7 +125,7 @@ def test_a_robot_passes_over_what_is_no_plan(plan: list[float]) -> None:
 
 def test_a_robot_off_its_plan_is_named() -> None:
     starts = {"a": PlanState(x_m=0.5, y_m=0.5), "b": PlanState(x_m=0.5, y_m=3.0)}
-    certain = PlanSettings(LIMITS, lag_s=0.0, margin_m=0.02, certain=True, apart=True)
+    certain = PlanSettings(LIMITS, lag_s=0.0, margin_m=0.02, certain=True, avoid="plans")
     hub = PlanHub(ROOM, GoalLists({"a": [(1.5, 0.5)], "b": [(1.5, 3.0)]}), starts, 0.0, certain)
     hub.update(0.0)
     robots = Robots(starts)

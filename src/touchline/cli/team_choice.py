@@ -15,7 +15,7 @@ from touchline.schemas.spec import EVERY_FIELD, parse, read_text
 from touchline.schemas.team import LOSSY_LEASE_S, TeamScenario
 from touchline.schemas.vehicles.shipped import on_its_ground, with_its_own
 
-Avoid = Literal["cells", "plans", "none"]
+Avoid = Literal["cells", "plans", "barriers", "none"]
 Heading = Literal["bearing", "free"]
 
 
@@ -40,7 +40,7 @@ class TeamChoice:
     ] = None
     avoid: Annotated[
         Avoid | None,
-        typer.Option(metavar="HOW", help="Collision avoidance: cells (default), plans, or none, as in the study."),
+        typer.Option(metavar="HOW", help="Collision avoidance: cells (default), plans, barriers, or none."),
     ] = None
     path: Annotated[
         Heading | None,

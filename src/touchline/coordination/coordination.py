@@ -39,12 +39,13 @@ def settings_of(team: TeamScenario) -> TeamSettings:
 
 def plan_settings_of(team: TeamScenario) -> PlanSettings:
     """Return the common settings of a scenario's robots, if they drive by plans."""
+    assert team.avoid != "cells", "it drives by plans"
     return PlanSettings(
         plan_limits(team),
         team.vehicle.drive.motor_time_constant_s,
         team.radius_m - body_radius_m(team.vehicle),
         certain=team.links.lossless,
-        apart=team.avoid == "plans",
+        avoid=team.avoid,
     )
 
 

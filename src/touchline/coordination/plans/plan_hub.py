@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from touchline.coordination.algorithms.algorithm_task import AlgorithmTask
 from touchline.coordination.algorithms.team_algorithm import GoalWish, Wish
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.interventions import Interventions
+from touchline.coordination.plans.barrier_plans import BarrierPlans
 from touchline.coordination.plans.committed_plans import CommittedPlans
 from touchline.coordination.plans.plan_kernels import PlanLimits
 from touchline.coordination.tasks import TeamTask
@@ -44,7 +45,7 @@ class PlanSettings:
         lag_s: Time constant of the robots' actuators: they are late by that on their plans, all alike.
         margin_m: Distance from its plan at which a robot is still within what plans keep clear.
         certain: Whether what is sent always arrives at once.
-        apart: Whether plans keep apart at all.
+        avoid: What keeps plans apart; none: nothing.
         resting_s: Time of silence after which a robot is at the end of its plan.
     """
 
@@ -52,7 +53,7 @@ class PlanSettings:
     lag_s: float
     margin_m: float
     certain: bool
-    apart: bool
+    avoid: Literal["plans", "barriers", "none"]
 
     @property
     def resting_s(self) -> float:
@@ -102,8 +103,7 @@ class PlanHub:
         self.settings = settings
         known = {name: starts[name] for name in sorted(starts)}
         poses = np.array([(each.x_m, each.y_m, each.heading_rad) for each in known.values()])
-        certain, apart = settings.certain, settings.apart
-        self._plans = CommittedPlans(poses, area, settings.limits, certain=certain, apart=apart)
+        self._plans = _plans(poses, area, settings)
         self._robots = {name: _Robot(each, now_s, _stays(each)) for name, each in known.items()}
         self._task, self._number, self._now_s = task, FIRST_CELL, now_s
         self.goals: dict[str, tuple[float, float]] = {}
@@ -229,7 +229,7 @@ class PlanHub:
         """
         for name, robot in self._robots.items():
             self._off_m[name] = self._off_plan_m(robot)
-        if not self.settings.apart:
+        if self.settings.avoid == "none":
             return
         for name, off_m in self._off_m.items():
             if off_m > self.settings.margin_m:
@@ -295,6 +295,17 @@ class PlanHub:
             if any(math.hypot(*(end[:2] - place)) < self.settings.limits.apart_m for end in ends):
                 return name
         return ""
+
+
+def _plans(poses: Floats, area: FreeArea, settings: PlanSettings) -> CommittedPlans:
+    """Return plans of robots that stand, poses (n, 3) m and rad.
+
+    Raises:
+        TooNear: Two robots, or one and a wall, are nearer than plans may be.
+    """
+    if settings.avoid == "barriers":
+        return BarrierPlans(poses, area, settings.limits)
+    return CommittedPlans(poses, area, settings.limits, certain=settings.certain, apart=settings.avoid == "plans")
 
 
 def _later(plans: Floats, steps: int) -> Floats:
