@@ -73,6 +73,9 @@ def team() -> None:
         sys.argv[1:] = ["fleet", "simulate", "--robots", "2", "--duration", "1", "--avoid", avoid]
         with suppress(SystemExit), Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
             touchline()
+    sys.argv[-1:] = ["plans", "--task", "swap", "--algorithm", "grid-ways"]
+    with suppress(SystemExit), Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
+        touchline()
 
 
 def learners() -> None:

@@ -18,7 +18,7 @@ from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_
 
 Point = tuple[Coordinate, Coordinate]
 Ring = Annotated[tuple[Point, ...], Field(min_length=3, max_length=1000)]
-MOST_ROBOTS: Final = 256
+MOST_ROBOTS: Final = 1024
 LOSSY_LEASE_S: Final = 2.4
 """A lease that suits messages up to half of which are lost, and that are late: a round trip, and the loss of a few."""
 PLACE_M2: Final = 2.5
@@ -29,7 +29,7 @@ class TeamArea(Spec):
     """Area in which a team drives: a polygon, convex or not, less obstacles (m, map frame)."""
 
     outline: Ring
-    obstacles: Annotated[tuple[Ring, ...], Field(max_length=100)] = ()
+    obstacles: Annotated[tuple[Ring, ...], Field(max_length=5000)] = ()
 
 
 class ImportantDisc(Spec):

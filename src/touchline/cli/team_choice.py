@@ -12,7 +12,7 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
 from touchline.schemas.spec import EVERY_FIELD, parse, read_text
-from touchline.schemas.team import LOSSY_LEASE_S, TeamScenario
+from touchline.schemas.team import LOSSY_LEASE_S, MOST_ROBOTS, TeamScenario
 from touchline.schemas.vehicles.shipped import on_its_ground, with_its_own
 
 Avoid = Literal["cells", "plans", "barriers", "none"]
@@ -110,7 +110,7 @@ def _parsed(fields: dict[str, Any]) -> TeamScenario:
 
 
 RobotsCountOption = Annotated[
-    int | None, typer.Option("--robots", metavar="N", help="Number of robots (default: 10).", min=1, max=256)
+    int | None, typer.Option("--robots", metavar="N", help="Number of robots (default: 10).", min=1, max=MOST_ROBOTS)
 ]
 SeedOption = Annotated[
     int | None, typer.Option("--seed", metavar="N", help="Seed of all noise and of the starts.", min=0, max=MAX_SEED)

@@ -1,7 +1,7 @@
 """Deciders: one algorithm for all robots of a team, or one for each, asked for wishes once per update.
 
 Whatever an algorithm does, each robot has a wish that can be followed: after a wrong answer it holds until the next
-update, after three in a row until the run ends.
+update, after three in a row until the run ends. The first answer may take as long as it needs.
 """
 
 from __future__ import annotations
@@ -51,14 +51,15 @@ class CentralDecider:
 
     def __init__(self, algorithm: Any) -> None:
         """Ask an algorithm from now on."""
-        self._algorithm = algorithm
+        self._algorithm, self._begun = algorithm, False
         self.books: defaultdict[str, AnswerBook] = defaultdict(AnswerBook)
 
     def wishes(self, now: Team) -> dict[str, Wish]:
         """Return wishes, as of `Decider`."""
-        period_s = next(iter(now.robots.values())).period_s
+        most_s = next(iter(now.robots.values())).period_s if self._begun else math.inf
+        self._begun = True
         try:
-            answers = asked_in_time(lambda: self._algorithm.decide(now), period_s)
+            answers = asked_in_time(lambda: self._algorithm.decide(now), most_s)
             if not isinstance(answers, Mapping):
                 raise WrongAnswer(WRONG_SHAPE, f"{type(answers).__name__} is no mapping of names to wishes")
             if unknown := [name for name in answers if name not in now.robots]:
@@ -108,11 +109,12 @@ class RobotDeciders:
         book, me = self.books[name], now.robots[name]
         if book.dismissed:
             return HOLD, None
+        most_s = me.period_s if name in self._algorithms else math.inf
         try:
             if name not in self._algorithms:
                 algorithm = self._algorithms[name] = asked_in_time(self._make, math.inf)
                 asked_in_time(lambda: algorithm.start(me), math.inf)
-            answer = asked_in_time(lambda: self._heard_and_decided(name, now), me.period_s)
+            answer = asked_in_time(lambda: self._heard_and_decided(name, now), most_s)
             if not isinstance(answer, tuple) or len(answer) != 2:
                 raise WrongAnswer(WRONG_SHAPE, f"{type(answer).__name__} is no pair of a wish and a message")
             message = checked_message(answer[1])

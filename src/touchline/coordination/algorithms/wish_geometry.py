@@ -7,8 +7,8 @@ from typing import Final
 
 from touchline.coordination.algorithms.team_algorithm import GoalWish, PathWish, TwistWish, VelocityWish
 
-_ALONG_M: Final = 0.6
-"""Distance along a path at which a robot drives."""
+ALONG_M: Final = (0.6, 0.45, 0.3, 0.15)
+"""Distances along a path at which a robot drives: the first, or where a corner is before it, one of the others."""
 
 
 def velocity_of(wish: VelocityWish | TwistWish, heading_rad: float, period_s: float) -> complex:
@@ -25,7 +25,7 @@ def velocity_of(wish: VelocityWish | TwistWish, heading_rad: float, period_s: fl
     return wish.speed_mps * complex(math.cos(turned), math.sin(turned))
 
 
-def aim_of(wish: GoalWish | PathWish, here: complex) -> complex:
+def aim_of(wish: GoalWish | PathWish, here: complex, along_m: float = ALONG_M[0]) -> complex:
     """Return the place (m) to drive at: the goal, or a place some way along the path from where it is nearest."""
     if isinstance(wish, GoalWish):
         return complex(wish.x_m, wish.y_m)
@@ -35,5 +35,5 @@ def aim_of(wish: GoalWish | PathWish, here: complex) -> complex:
     if len(points) == 1:
         return complex(*points[0])
     line = shapely.LineString(points)
-    ahead = line.interpolate(line.project(shapely.Point(here.real, here.imag)) + _ALONG_M)
+    ahead = line.interpolate(line.project(shapely.Point(here.real, here.imag)) + along_m)
     return complex(ahead.x, ahead.y)

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.coordination.algorithms.team_algorithm import GoalWish, PathWish, TwistWish, VelocityWish, Wish
-from touchline.coordination.algorithms.wish_geometry import aim_of, velocity_of
+from touchline.coordination.algorithms.wish_geometry import ALONG_M, aim_of, velocity_of
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans import plan_kernels as k
 from touchline.coordination.plans.geodesics import Geodesics
@@ -164,7 +164,9 @@ class CommittedPlans:
         for who in order[np.argsort(left_m[order], kind="stable")].tolist():
             if who in chosen:
                 continue
-            if (way := ways[who]) is not None:
+            if (way := ways[who]) is not None and isinstance(wishes[who], PathWish) and way[1] > _STOPS_M:
+                self._drive(who, self._straight(way[0] - complex(self.places[who])))
+            elif way is not None:
                 self._choose(who, way)
             else:
                 self._drive(who, self._velocity(who, wishes[who]))
@@ -172,7 +174,9 @@ class CommittedPlans:
     def _way(self, place: complex, wish: Wish) -> tuple[complex, float] | None:
         """Return where to drive at on the way to a goal, and the length of that (m); None for other wishes."""
         if isinstance(wish, PathWish):
-            aim = aim_of(wish, place)
+            aims = (aim_of(wish, place, along_m) for along_m in ALONG_M)
+            seen = self._geodesics.sees if self._geodesics is not None else lambda place, aim: True
+            aim = next((aim for aim in aims if seen(place, aim)), aim_of(wish, place, ALONG_M[-1]))
             return aim, abs(aim - place) + abs(complex(*wish.points_m[-1]) - aim)
         if not isinstance(wish, GoalWish):
             return None

@@ -66,11 +66,11 @@ class Geodesics:
         Returns:
             The goal itself if it is seen, or if there is no way; and metres.
         """
-        if self._sees(place, goal):
+        if self.sees(place, goal):
             return goal, abs(goal - place)
         left_m, onward = self._field(goal)
         at, seen, length_m = self._nearest_seen(place), goal, abs(goal - place)
-        while at >= 0 and self._sees(place, node := complex(*self._nodes[at])):
+        while at >= 0 and self.sees(place, node := complex(*self._nodes[at])):
             seen, length_m, at = node, abs(node - place) + float(left_m[at]), int(onward[at])
         return (seen, length_m) if math.isfinite(length_m) else (goal, abs(goal - place))
 
@@ -87,14 +87,14 @@ class Geodesics:
     def _nearest_seen(self, place: complex) -> int:
         """Return the nearest node that is seen from a place; −1: none."""
         nearest = self._off(place).argsort()[:_NEAREST]
-        return next((int(node) for node in nearest if self._sees(place, complex(*self._nodes[node]))), -1)
+        return next((int(node) for node in nearest if self.sees(place, complex(*self._nodes[node]))), -1)
 
     def _off(self, place: complex) -> Floats:
         """Return (nodes,) the distance of each node from a place (m)."""
         found: Floats = np.hypot(self._nodes[:, 0] - place.real, self._nodes[:, 1] - place.imag)
         return found
 
-    def _sees(self, place: complex, other: complex) -> bool:
+    def sees(self, place: complex, other: complex) -> bool:
         """Return whether the straight way between two places keeps off walls."""
         import shapely
 

@@ -199,6 +199,21 @@ def clear_of_walls(plan: Floats, around: AreaBorders, limits: PlanLimits) -> boo
 
 
 @kernel
+def borders_near(start: Floats, around: AreaBorders, limits: PlanLimits, samples: int) -> AreaBorders:
+    """Return the borders that plans of so many samples from a start (5,) may come near to."""
+    reach_m = limits.wall_m + limits.speed_max_mps * STEP_S * samples
+    here, count = complex(start[X], start[Y]), 0
+    near = np.empty(len(around.walls), np.int64)
+    for w in range(len(around.walls)):
+        a = complex(around.walls[w, 0], around.walls[w, 1])
+        b = complex(around.walls[w, 2], around.walls[w, 3])
+        if off_squared(here, a, b) <= reach_m * reach_m:
+            near[count] = w
+            count += 1
+    return AreaBorders(around.sides, around.walls[near[:count]])
+
+
+@kernel
 def closest_plans_m(claims: Claims) -> float:
     """Return the least distance (m) of two robots' plans from now on; inf for a single robot."""
     plans, owners = claims
@@ -252,6 +267,7 @@ def choose(
     """
     plans, owners = claims
     trial, costs = plans[who].copy(), np.empty(PRIMITIVES)
+    near = borders_near(trial[0], around, limits, len(trial))
     begin, end, chosen = trial[limits.lead_steps], limits.lead_steps + limits.drive_steps, who
     speed_mps, rate_radps, first = 0.0, 0.0, True
     toward = aim - complex(begin[X], begin[Y]) if stops else aim
@@ -266,7 +282,7 @@ def choose(
         roll_out(trial, speed, rate, limits, len(trial))
         if first:
             speed_mps, rate_radps, first = trial[end, SPEED], trial[end, YAW_RATE], False
-        if first_conflict(trial, who, claims, limits) < 0 and clear_of_walls(trial, around, limits):
+        if first_conflict(trial, who, claims, limits) < 0 and clear_of_walls(trial, near, limits):
             plans[into], owners[into], chosen = trial, who, into
             break
     return plans[chosen, end, SPEED] - speed_mps, plans[chosen, end, YAW_RATE] - rate_radps
