@@ -22,16 +22,16 @@ _MOST_NUMBERS: Final = 50_000_000
 _MORE: Final = 4
 
 
-def board_of(grid: AgentGrid, goals: Ints) -> k.Board:
+def board_of(grid: AgentGrid, goals: Ints) -> k.AgentBoard:
     """Return a grid with the distances from everywhere to goals (n,)."""
     v = len(grid.neighbours)
     left, queue = np.empty((len(goals), v), dtype=np.int32), np.empty(v, dtype=np.int32)
     for who, goal in enumerate(goals.tolist()):
         k.fill_distances(grid.neighbours, goal, left[who], queue)
-    return k.Board(grid.neighbours, goals, left)
+    return k.AgentBoard(grid.neighbours, goals, left)
 
 
-def solve(board: k.Board, starts: Ints, seed: int = 0) -> Ints:
+def solve(board: k.AgentBoard, starts: Ints, seed: int = 0) -> Ints:
     """Return cells (t, n) of all agents at each step, from their starts to their goals.
 
     Args:

@@ -31,7 +31,7 @@ _RESTARTS: Final = 1000
 """One of so many returns to a known configuration goes to the first one instead."""
 
 
-class Board(NamedTuple):
+class AgentBoard(NamedTuple):
     """AgentGrid and goals.
 
     Attributes:
@@ -87,7 +87,7 @@ def fill_distances(neighbours: Ints, goal: int, left: Ints, queue: Ints) -> None
 
 
 @kernel
-def _onward(board: Board, step: MoveScratch, cell: int, before: int) -> int:
+def _onward(board: AgentBoard, step: MoveScratch, cell: int, before: int) -> int:
     """Return the only cell to which an agent that is pushed from `before` can go on; −1: none; −2: there are several.
 
     Dead ends in which an agent has arrived count as none.
@@ -106,7 +106,7 @@ def _onward(board: Board, step: MoveScratch, cell: int, before: int) -> int:
 
 
 @kernel
-def _must_swap(board: Board, step: MoveScratch, pusher: int, pulled: int, pusher_at: int, pulled_at: int) -> bool:
+def _must_swap(board: AgentBoard, step: MoveScratch, pusher: int, pulled: int, pusher_at: int, pulled_at: int) -> bool:
     """Return whether two agents must change places: where one pushes the other on, neither gets to its goal."""
     left = board.left
     while left[pusher, pulled_at] < left[pusher, pusher_at]:
@@ -121,7 +121,7 @@ def _must_swap(board: Board, step: MoveScratch, pusher: int, pulled: int, pusher
 
 
 @kernel
-def _can_swap(board: Board, step: MoveScratch, pusher_at: int, pulled_at: int) -> bool:
+def _can_swap(board: AgentBoard, step: MoveScratch, pusher_at: int, pulled_at: int) -> bool:
     """Return whether an agent that is pulled finds a cell with room for two to pass each other."""
     first = pusher_at
     while pulled_at != first:
@@ -135,7 +135,7 @@ def _can_swap(board: Board, step: MoveScratch, pusher_at: int, pulled_at: int) -
 
 
 @kernel
-def _partner(board: Board, step: MoveScratch, who: int) -> int:
+def _partner(board: AgentBoard, step: MoveScratch, who: int) -> int:
     """Return the agent with which another must and can swap; −1: none."""
     here, wanted = step.now[who], step.choices[who, 0]
     if wanted == here:
@@ -158,7 +158,7 @@ def _partner(board: Board, step: MoveScratch, who: int) -> int:
 
 
 @kernel
-def _prepare(board: Board, step: MoveScratch, who: int, seed: int, drawn: Longs) -> None:
+def _prepare(board: AgentBoard, step: MoveScratch, who: int, seed: int, drawn: Longs) -> None:
     """Sort the cells that an agent may take: nearest to its goal first, ties at random."""
     here, count = step.now[who], 0
     keys = np.empty(MOST_CHOICES)
@@ -211,7 +211,7 @@ def _take(step: MoveScratch, who: int) -> None:
 
 
 @kernel
-def move(board: Board, step: MoveScratch, who: int, seed: int, drawn: Longs) -> bool:
+def move(board: AgentBoard, step: MoveScratch, who: int, seed: int, drawn: Longs) -> bool:
     """Decide the move of an agent, and of all that have to move before.
 
     Args:
@@ -309,7 +309,7 @@ def _constrained(search: Search, step: MoveScratch, constraint: int) -> bool:
 
 @kernel
 def _moved(
-    board: Board, search: Search, step: MoveScratch, at: tuple[int, int], order: Longs, seed: int, drawn: Longs
+    board: AgentBoard, search: Search, step: MoveScratch, at: tuple[int, int], order: Longs, seed: int, drawn: Longs
 ) -> bool:
     """Decide the moves of all agents by a constraint.
 
@@ -339,7 +339,7 @@ def _moved(
 
 
 @kernel
-def search_on(board: Board, search: Search, step: MoveScratch, starts: Ints, seed: int, most: int) -> int:
+def search_on(board: AgentBoard, search: Search, step: MoveScratch, starts: Ints, seed: int, most: int) -> int:
     """Search for moves of all agents to their goals.
 
     Args:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.coordination.mapf import refine_kernels as k
-from touchline.coordination.mapf.lacam_kernels import Board
+from touchline.coordination.mapf.lacam_kernels import AgentBoard
 
 Ints = NDArray[np.int32]
 
@@ -24,12 +24,12 @@ _WAYS: Final = 10
 _AT_RANDOM: Final = 0.3
 
 
-def cost(board: Board, paths: Ints) -> int:
+def cost(board: AgentBoard, paths: Ints) -> int:
     """Return the sum over all agents of the steps until each stays at its goal, of paths (t, n)."""
     return sum(k.arrival(paths, who, goal) for who, goal in enumerate(board.goals.tolist()))
 
 
-def refined(board: Board, paths: Ints, turns: int, seed: int = 0) -> Ints:
+def refined(board: AgentBoard, paths: Ints, turns: int, seed: int = 0) -> Ints:
     """Return moves (t, n) whose sum of steps is less, or the same ones.
 
     Args:
@@ -63,7 +63,7 @@ def refined(board: Board, paths: Ints, turns: int, seed: int = 0) -> Ints:
     return best[: max(int(arrivals.max()) + 1, 1)]
 
 
-def _anew(board: Board, space: k.SpaceTime, paths: Ints, chosen: list[int], number: int) -> Ints | None:
+def _anew(board: AgentBoard, space: k.SpaceTime, paths: Ints, chosen: list[int], number: int) -> Ints | None:
     """Plan agents anew in their order; return their arrivals, or None, their paths taken out, if one has no way."""
     found = []
     for place, who in enumerate(chosen):
@@ -79,7 +79,7 @@ def _anew(board: Board, space: k.SpaceTime, paths: Ints, chosen: list[int], numb
     return np.array(found, dtype=np.int32)
 
 
-def _chosen(board: Board, space: k.SpaceTime, paths: Ints, arrivals: Ints, rng: np.random.Generator) -> list[int]:
+def _chosen(board: AgentBoard, space: k.SpaceTime, paths: Ints, arrivals: Ints, rng: np.random.Generator) -> list[int]:
     """Return agents to be planned anew, in a random order."""
     n = paths.shape[1]
     most = min(_TOGETHER, n)

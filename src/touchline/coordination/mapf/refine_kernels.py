@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.coordination.mapf.lacam_kernels import Board
+from touchline.coordination.mapf.lacam_kernels import AgentBoard
 from touchline.core.jit import kernel
 
 Ints = NDArray[np.int32]
@@ -15,6 +15,8 @@ Shorts = NDArray[np.int16]
 Floats = NDArray[np.float64]
 
 FREE: Final = -1
+STAYED: Final = 4
+"""Choice of an agent that stays; the others are numbers of neighbours."""
 
 
 class SpaceTime(NamedTuple):
@@ -43,11 +45,50 @@ def put(space: SpaceTime, paths: Ints, who: int, value: int) -> None:
 
 
 @kernel
+def _trace(neighbours: Ints, space: SpaceTime, path: Ints, step: int, goal: int) -> None:
+    """Fill in a path that is at its goal from a step on."""
+    path[step:] = goal
+    cell = goal
+    while step > 0:
+        choice = space.came[step, cell]
+        if choice < STAYED:
+            cell = neighbours[cell, choice ^ 2]
+        step -= 1
+        path[step] = cell
+
+
+@kernel
+def _look_from(neighbours: Ints, left: Ints, space: SpaceTime, place: int, free_from: int, number: int) -> None:
+    """Note where an agent can be a step later, by the length of the whole way.
+
+    Args:
+        neighbours: (v, 4) as of `AgentBoard`.
+        left: (v,) steps from each cell to its goal.
+        space: Occupied cells, and scratch.
+        place: Step times the number of cells, and cell.
+        free_from: Step from which on nobody crosses its goal.
+        number: Number of this search.
+    """
+    most, v = space.taken.shape
+    step, cell = place // v + 1, place % v
+    for choice in range(STAYED + 1):
+        to = cell if choice == STAYED else neighbours[cell, choice]
+        if to < 0 or step >= most or space.seen[step, to] == number or space.taken[step, to] >= 0:
+            continue
+        other, length = space.taken[step - 1, to], max(step + left[to], free_from)
+        if length >= most or (other >= 0 and other == space.taken[step, cell]):
+            continue
+        space.seen[step, to], space.came[step, to] = number, choice
+        found = step * v + to
+        space.nexts[found], space.heads[length] = space.heads[length], found
+
+
+@kernel
 def quickest(neighbours: Ints, left: Ints, space: SpaceTime, path: Ints, goal: int, number: int) -> int:
     """Find the quickest way of an agent, A* over cells and steps; it stays at its goal from its arrival on.
 
     Args:
-        neighbours: (v, 4) as of `Board`.
+        neighbours: (v, 4) as of `AgentBoard`.
         left: (v,) steps from each cell to its goal.
         space: Occupied cells, without the agent.
         path: (t,) its present path, of which the first cell counts; filled in if there is a way.
@@ -57,57 +98,33 @@ def quickest(neighbours: Ints, left: Ints, space: SpaceTime, path: Ints, goal: i
     Returns:
         Step of its arrival; −1: there is no way within the time.
     """
-    most, v = len(path), len(left)
-    free_from = 0  # from then on nobody crosses the goal
+    most, v = space.taken.shape
+    free_from, first = 0, path[0]
     for step in range(most):
         if space.taken[step, goal] >= 0:
             free_from = step + 1
-    if free_from >= most:
-        return -1
-    space.heads[:] = -1
-    first = path[0]
     begin = max(left[first], free_from)
     if begin >= most:
         return -1
-    space.heads[begin] = first
-    space.nexts[first], space.seen[0, first] = -1, number
-    for length in range(begin, most):
-        while space.heads[length] >= 0:
-            place = space.heads[length]
-            space.heads[length] = space.nexts[place]
-            step, cell = place // v, place % v
-            if cell == goal and step >= free_from:
-                at = step
-                for later in range(step, most):
-                    path[later] = goal
-                while at > 0:
-                    choice = space.came[at, cell]
-                    if choice < 4:
-                        cell = neighbours[cell, choice ^ 2]
-                    at -= 1
-                    path[at] = cell
-                return int(step)
-            if step + 1 >= most:
-                continue
-            for choice in range(5):
-                to = cell if choice == 4 else neighbours[cell, choice]
-                if to < 0 or space.seen[step + 1, to] == number or space.taken[step + 1, to] >= 0:
-                    continue
-                other = space.taken[step, to]
-                if other >= 0 and other == space.taken[step + 1, cell]:
-                    continue
-                whole_way = max(step + 1 + left[to], free_from)
-                if whole_way >= most:
-                    continue
-                space.seen[step + 1, to], space.came[step + 1, to] = number, choice
-                found = (step + 1) * v + to
-                space.nexts[found] = space.heads[whole_way]
-                space.heads[whole_way] = found
+    space.heads[:] = -1
+    space.heads[begin], space.nexts[first], space.seen[0, first] = first, -1, number
+    length = begin
+    while length < most:
+        place = space.heads[length]
+        if place < 0:
+            length += 1
+            continue
+        space.heads[length] = space.nexts[place]
+        step = place // v
+        if place % v == goal and step >= free_from:
+            _trace(neighbours, space, path, step, goal)
+            return int(step)
+        _look_from(neighbours, left, space, place, free_from, number)
     return -1
 
 
 @kernel
-def blockers(board: Board, space: SpaceTime, path: Ints, who: int, draws: Floats, found: Ints) -> int:
+def blockers(board: AgentBoard, space: SpaceTime, path: Ints, who: int, draws: Floats, found: Ints) -> int:
     """Collect the agents that are in the way of one that would leave its path for quicker ways.
 
     Args:
