@@ -33,4 +33,4 @@ class CyclicPursuit:
         angle = self._turn * math.pi / len(me.team)
         way = complex(self._seen[0] - me.x_m, self._seen[1] - me.y_m)
         wish = self._gain * way * complex(math.cos(angle), math.sin(angle))
-        return VelocityWish(wish.real, wish.imag), message
+        return VelocityWish.of(wish, me.speed_max_mps), message

@@ -2,7 +2,7 @@
 
 from touchline.lazy_names import lazy_names
 
-_PUBLIC = dict.fromkeys(
+_INTERFACE = dict.fromkeys(
     (
         "HOLD",
         "GoalWish",
@@ -18,5 +18,6 @@ _PUBLIC = dict.fromkeys(
     ),
     "touchline.coordination.algorithms.team_algorithm",
 )
+_PUBLIC = {**_INTERFACE, "Neighbours": "touchline.coordination.algorithms.neighbours"}
 __all__ = sorted(_PUBLIC)  # noqa: PLE0605 - of the table
 __getattr__, __dir__ = lazy_names(__name__, _PUBLIC)

@@ -20,7 +20,18 @@ from touchline.jobs.team.team_run import TeamRun
 from touchline.schemas.errors import SpecError
 from touchline.schemas.plugins import TEAM_ALGORITHMS
 from touchline.schemas.team import AlgorithmChoice, TeamRadio, TeamScenario
-from touchline.team_algorithms import HOLD, GoalWish, Hold, Me, PathWish, Team, TwistWish, VelocityWish, Wish
+from touchline.team_algorithms import (
+    HOLD,
+    GoalWish,
+    Hold,
+    Me,
+    Neighbours,
+    PathWish,
+    Team,
+    TwistWish,
+    VelocityWish,
+    Wish,
+)
 
 pytestmark = pytest.mark.xdist_group("team")
 AREA = {"outline": [(0, 0), (6, 0), (6, 6), (0, 6)]}
@@ -274,6 +285,23 @@ def test_another_robot_does_not_change_what_is_lost() -> None:
 def test_a_robot_cannot_send_more_than_its_radio_can() -> None:
     heard = hears(TeamRadio(range_m=10.0, bytes_per_s=1000.0), rounds=8, size=1000)
     assert [bool(each) for each in heard] == [True, False, False, True, False, False, True, False]
+
+
+def test_neighbours_are_known_by_their_newest_message_until_it_is_old() -> None:
+    near = Neighbours[str](keep_s=1.0)
+    near.note("a", "newer", 0.1)
+    near.note("a", "overtaken", 0.5)
+    near.note("b", "old", 1.1)
+    assert near.known(2.0) == {"a": ("newer", pytest.approx(0.1))}
+    near.note("a", "newest", 0.0)
+    assert near.known(2.8) == {"a": ("newest", 0.0)}
+    assert near.known(3.9) == {}
+
+
+def test_a_wish_for_a_velocity_is_shortened_to_the_largest_speed() -> None:
+    assert VelocityWish.of(3.0 + 4.0j, 0.5) == VelocityWish(pytest.approx(0.3), pytest.approx(0.4))
+    assert VelocityWish.of(0.3 - 0.4j, 0.5) == VelocityWish(0.3, -0.4)
+    assert VelocityWish.of(0j, 0.5) == VelocityWish(0.0, 0.0)
 
 
 @pytest.mark.parametrize(

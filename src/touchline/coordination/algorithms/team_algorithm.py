@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final, Protocol, Self
 
 from touchline.coordination.free_area import FreeArea
 
@@ -24,6 +24,12 @@ class VelocityWish:
 
     x_mps: float
     y_mps: float
+
+    @classmethod
+    def of(cls, velocity: complex, most_mps: float) -> Self:
+        """Return the wish for a velocity x + iy (m/s), made shorter if it is longer than a largest speed."""
+        velocity *= min(1.0, most_mps / max(abs(velocity), most_mps))
+        return cls(velocity.real, velocity.imag)
 
 
 @dataclass(frozen=True)
