@@ -21,6 +21,7 @@ LONG = frozenset(
         "routes",
         "shared",
         "stops",
+        "team_algorithms",
         "team_plans",
         "kills",
         "soak",
