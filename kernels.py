@@ -69,10 +69,13 @@ def team() -> None:
     """Compile what a team drives with."""
     from touchline.cli import main as touchline
 
-    for avoid in ("cells", "plans"):
+    for avoid in ("cells", "plans", "barriers"):
         sys.argv[1:] = ["fleet", "simulate", "--robots", "2", "--duration", "1", "--avoid", avoid]
         with suppress(SystemExit), Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
             touchline()
+    sys.argv[-1:] = ["plans", "--task", "swap", "--algorithm", "grid-ways"]
+    with suppress(SystemExit), Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
+        touchline()
 
 
 def learners() -> None:

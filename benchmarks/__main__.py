@@ -22,6 +22,7 @@ LONG = frozenset(
         "shared",
         "stops",
         "team_passages",
+        "team_algorithms",
         "team_plans",
         "kills",
         "soak",

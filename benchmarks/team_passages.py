@@ -67,7 +67,7 @@ def _figures(told: dict[str, Any], seed: int) -> tuple[float, ...]:
         figures["contacts"],
         figures["beyond_walls_robot_s"],
         figures["closest_m"],
-        run.guide.believed.nearest_plans_m,
+        run.guide.believed.nearest_m,
     )
 
 

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import Final
 
+#: Problem of a job without a line that is within reach; a robot tells by it that there is nothing to wait for.
+NOTHING_REACHED: Final = "has no line that can be painted"
 #: Further problems of one text that are shown beside the first.
 MOST_OTHERS: Final = 19
 

@@ -333,6 +333,8 @@ EXTERNAL = "external"
 EXTERNAL_TIMED = "external-timed"
 """And the same with a reference that keeps the plan's time."""
 ASKED = (EXTERNAL, EXTERNAL_TIMED)
+TEAM_ALGORITHMS: Registry[Any] = Registry("team algorithm")
+"""Algorithms of teams: what makes a `TeamAlgorithm` or `RobotAlgorithm` of coordination/algorithms each."""
 POSE_METHODS: Registry[Any] = Registry("pose method")
 """Pose methods: a `PoseMethod` of services/planner/poses each."""
 SPEED_LAWS: Registry[Any] = Registry("speed law")

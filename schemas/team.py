@@ -6,7 +6,6 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from touchline.schemas.errors import SpecError
 from touchline.schemas.faults import AnyFault
 from touchline.schemas.given_angles import Angle
 from touchline.schemas.onboard import OnboardConfig
@@ -19,7 +18,7 @@ from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_
 
 Point = tuple[Coordinate, Coordinate]
 Ring = Annotated[tuple[Point, ...], Field(min_length=3, max_length=1000)]
-MOST_ROBOTS: Final = 256
+MOST_ROBOTS: Final = 1024
 LOSSY_LEASE_S: Final = 2.4
 """A lease that suits messages up to half of which are lost, and that are late: a round trip, and the loss of a few."""
 PLACE_M2: Final = 2.5
@@ -30,7 +29,7 @@ class TeamArea(Spec):
     """Area in which a team drives: a polygon, convex or not, less obstacles (m, map frame)."""
 
     outline: Ring
-    obstacles: Annotated[tuple[Ring, ...], Field(max_length=100)] = ()
+    obstacles: Annotated[tuple[Ring, ...], Field(max_length=5000)] = ()
 
 
 class ImportantDisc(Spec):
@@ -118,6 +117,44 @@ class TeamLinks(Spec):
         return self.loss == 0.0 and self.delay_s == 0.0
 
 
+class TeamRadio(Spec):
+    """Radio between robots whose algorithm is distributed.
+
+    Each robot may send one message to all at every update; each receiver has its own luck with it.
+    """
+
+    topology: Literal["disc", "nearest", "graph"] = "disc"
+    """Receivers of a message: all within `range_m`, all that have the sender among their `nearest`, or `graph`."""
+    range_m: Annotated[float, Field(gt=0, le=10_000)] = 2.0
+    nearest: Annotated[int, Field(ge=1, le=MOST_ROBOTS)] = 4
+    graph: dict[str, tuple[str, ...]] = Field(default_factory=dict)
+    """Receivers by sender."""
+    walls: bool = False
+    """Whether walls stop messages."""
+    loss: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """Share of messages lost, by receiver."""
+    delay_least_s: Annotated[float, Field(ge=0, le=60)] = 0.02
+    delay_most_s: Annotated[float, Field(ge=0, le=60)] = 0.08
+    """Messages take from `delay_least_s` to `delay_most_s`, each its own time."""
+    bytes_per_s: Annotated[float, Field(gt=0, le=1e9)] = 10_000.0
+    """Capacity of each sender; further messages are not sent."""
+
+    @model_validator(mode="after")
+    def _has_least_before_most(self) -> Self:
+        if self.delay_least_s > self.delay_most_s:
+            raise ValueError("delay_least_s is more than delay_most_s: give the smaller one first")
+        return self
+
+
+class AlgorithmChoice(Spec):
+    """Algorithm that decides where robots drive."""
+
+    use: Annotated[str, Field(min_length=1, max_length=4096)]
+    """Name of a plug-in, or `FILE.py:NAME`: a class or function that makes it."""
+    options: dict[str, float | int | str | bool] = Field(default_factory=dict)
+    """Its keyword arguments."""
+
+
 class Freeze(Spec):
     """A robot's computer stands still, and with it the robot: from a sim time on, for a while or for ever."""
 
@@ -142,14 +179,18 @@ class TeamScenario(Spec):
     """`outline` and `obstacles`, corners in m; null: a square of 2.5 m² a robot."""
     task: TaskSpec = DeployTask()
     """`deploy` with an `importance`, `swap`, `goals` or `formation`."""
+    algorithm: AlgorithmChoice | None = None
+    """`use` and `options` of the algorithm that decides where robots drive; null: the task does."""
+    radio: TeamRadio = TeamRadio()
+    """Radio between robots, for distributed algorithms."""
     vehicle: Vehicle = SHIPPED["turtlebot2"].vehicle
     """Vehicle of all robots; default: `turtlebot2`."""
     onboard: OnboardConfig = with_its_own("turtlebot2", OnboardConfig())
     """Configuration of all computers."""
     world: Scenario = on_its_ground("turtlebot2", Scenario())
     """Scenario of all robots; the seed of `tb7` is 6 more than the world's."""
-    avoid: Literal["cells", "plans", "none"] = "cells"
-    """`cells`, `plans` (not over Zenoh yet), or `none`: as in the study, each on its own path.
+    avoid: Literal["cells", "plans", "barriers", "none"] = "cells"
+    """Collision avoidance; `none`: paths of their own, as in the study, or as an algorithm wishes.
 
     With `none` the follower is `frenet`, the speed that of the study's law.
     """
@@ -186,6 +227,10 @@ class TeamScenario(Spec):
                     raise ValueError(
                         f"{field} names {name!r}, which is no robot of the team: use {self.names[0]} or so"
                     )
+        for name in {*self.radio.graph, *(each for receivers in self.radio.graph.values() for each in receivers)}:
+            if name not in self.names:
+                problem = f"radio.graph names {name!r}, which is no robot of the team"
+                raise ValueError(f"{problem}: use {self.names[0]} or so")
         return self
 
     @field_validator("places")
@@ -203,16 +248,19 @@ class TeamScenario(Spec):
         """Of all robots, sorted as text."""
         return tuple(sorted(self.places or (f"tb{number}" for number in range(1, self.robots + 1))))
 
-    def check_on_bus(self) -> None:
-        """Check that a coordinator on the bus can guide the team.
+    @property
+    def by_plans(self) -> bool:
+        """True if robots are guided by plans instead of cells; plans may also keep apart from nothing."""
+        return self.avoid in ("plans", "barriers") or (self.avoid == "none" and self.algorithm is not None)
 
-        Raises:
-            SpecError: It cannot.
-        """
-        if self.avoid == "plans":
-            raise SpecError(
-                "team", "avoid", "is plans, which are not sent over Zenoh yet", "use fleet simulate, or cells"
-            )
+    @model_validator(mode="after")
+    def _has_no_faults_by_plans(self) -> Self:
+        failing = {"faults": self.faults, "world.faults": self.world.faults, "frozen": self.frozen}
+        for field in (field for field, there in failing.items() if there and self.by_plans):
+            raise ValueError(f"{field} is not supported by plans, which robots must follow: use avoid: cells")
+        if self.avoid == "barriers" and not self.links.lossless:
+            raise ValueError("links lose messages, which barriers do not allow for: use avoid: plans, or cells")
+        return self
 
     def setup(self, name: str, start: Pose2) -> Setup:
         """Setup that decides a robot's session.
@@ -226,10 +274,14 @@ class TeamScenario(Spec):
         follower = self.onboard.follower if self.avoid != "none" else "frenet"
         onboard = self.onboard.model_copy(update={"follower": follower})
         setup = Setup(vehicle=self.vehicle, onboard=onboard, scenario=world)
-        return setup.with_seed(world.seed + _number_of(name, self.names))
+        return setup.with_seed(world.seed + self.number_of(name))
 
+    def number_of(self, name: str) -> int:
+        """The robot's number: of `tb7` 6, so that a further robot changes no other's noise; else its place in the list.
 
-def _number_of(name: str, names: tuple[str, ...]) -> int:
-    """The robot's number: of `tb7` 6, so that a further robot changes no other's noise; else its place in the list."""
-    digits = name.removeprefix("tb")
-    return int(digits) - 1 if digits.isdigit() and name.startswith("tb") else names.index(name)
+        Of one that is no robot of the team, the number of its robots.
+        """
+        digits = name.removeprefix("tb")
+        if digits.isdigit() and name.startswith("tb"):
+            return int(digits) - 1
+        return self.names.index(name) if name in self.names else len(self.names)

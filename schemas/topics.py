@@ -168,6 +168,8 @@ UNFINISHED = Topic(
 )
 #: Of a robot that a team's coordinator guides.
 WHEREABOUTS = Topic("traversal/whereabouts", m.Whereabouts, 10, units="m, s", tolerance=1e-6, general=False)
+#: Instead, of one that it guides by plans.
+PLAN_STATE = Topic("traversal/plan_state", m.PlanState, 10, units="m, rad, s", tolerance=1e-6, general=False)
 #: Of an emulated robot in lockstep with its team: by this, who touches whom has its bumper pressed.
 TRUE_WAY = Topic("truth/way", m.TrueWay, recorded=False, units="m", general=False)
 #: Of a robot with a lidar: what it sees near it.
@@ -180,6 +182,9 @@ STOP_ZONE = Topic("protection/stop_zone", m.PolygonStamped, 5, units="m", tolera
 SLOW_ZONE = Topic("protection/slow_zone", m.PolygonStamped, 5, units="m", tolerance=1e-5, general=False, hashed=False)
 #: From the coordinator to a robot.
 GUIDANCE = Topic("traversal/guidance", m.Guidance, units="m, s", tolerance=1e-6, general=False, publishers=_TEAM)
+#: Of a team whose algorithm is in processes of others: JSON of what its robot may know, and of what it wishes.
+ALGORITHM_STATE = Topic("algorithm/state", m.String, general=False, hashed=False, publishers=_TEAM)
+ALGORITHM_WISH = Topic("algorithm/wish", m.String, general=False, hashed=False, publishers=frozenset((Role.OPERATOR,)))
 PLAN = Topic("plan", m.Trajectory, latched=True, units="m", tolerance=1e-9)
 TEMPLATE = Topic("template", m.String, latched=True)
 #: JSON of ``touchline.schemas.setup.Setup``.

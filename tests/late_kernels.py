@@ -1,4 +1,4 @@
-"""Kernels that a process prepares, compiling or loading them, after a point of time."""
+"""Kernels that a process prepares, compiling or loading them, after a point of time, and those that cannot be kept."""
 
 from touchline.core.jit import Kernel
 
@@ -21,3 +21,16 @@ class LateKernels:
 
     def tell(self):
         """Print them, a line each."""
+        for each in self.found:
+            print(each)
+
+
+def tell_of_numba():
+    """From now on, print each kernel that only Numba's own function can run: no cache and no wheel has its code."""
+    by_numba = Kernel._by_numba
+
+    def told(kernel):
+        print(f"{kernel.py_func.__module__}.{kernel.py_func.__name__} is compiled in every process")
+        return by_numba(kernel)
+
+    Kernel._by_numba = told

@@ -15,14 +15,13 @@ def blocked(state: ConsoleState) -> bool:
 
 def asks_way(state: ConsoleState) -> bool:
     """True if the robot waits before something and can be told to wait on, to go round, or to leave out."""
-    waits = state.robot.way_round.state in (WayRound.WAITS, WayRound.FINDS_NO_WAY)
-    return blocked(state) and waits and not state.robot_stale
+    return blocked(state) and _waits(state) and not state.robot_stale
 
 
 def goes_round_in_s(state: ConsoleState) -> float | None:
-    """Wall-clock time (s) until the waiting robot goes round by itself; None if it does not, or is not waiting."""
+    """Wall-clock time (s) until the waiting robot goes round, or searches again; None if it does neither by itself."""
     at_s, now_s = seconds(state.robot.way_round.goes_round_at), state.robot.sim_time_s
-    if not blocked(state) or state.robot.way_round.state != WayRound.WAITS or at_s == 0.0 or now_s is None:
+    if not blocked(state) or not _waits(state) or at_s == 0.0 or now_s is None:
         return None
     return max(at_s - now_s, 0.0) / max(state.pace, 1e-3)
 
@@ -30,3 +29,7 @@ def goes_round_in_s(state: ConsoleState) -> float | None:
 def waits_on(state: ConsoleState) -> bool:
     """True if the robot waits until its way is clear, however long that takes."""
     return asks_way(state) and state.robot.way_round.state == WayRound.WAITS and goes_round_in_s(state) is None
+
+
+def _waits(state: ConsoleState) -> bool:
+    return state.robot.way_round.state in (WayRound.WAITS, WayRound.FINDS_NO_WAY)

@@ -22,7 +22,8 @@ def what_ends_it(state: ConsoleState) -> str:
     if state.robot.way_round.state == WayRound.PLANS:
         return "plans a way round"
     if (in_s := goes_round_in_s(state)) is not None:
-        return f"goes round in {math.ceil(in_s)} s"
+        does = "searches again" if state.robot.way_round.state == WayRound.FINDS_NO_WAY else "goes round"
+        return f"{does} in {math.ceil(in_s)} s"
     return "goes on once its way is clear"
 
 

@@ -13,11 +13,15 @@ NOTHING_HEARD_S: Final = -1e9
 
 
 class Guidance(Message):
-    """Cell that a robot may be in and target that it drives to, until a newer message.
+    """Cell that a robot may be in and target that it drives to, or plan that it follows, until a newer message.
 
     The cell is the intersection of ``half_planes`` n·q ≤ offset, three numbers each: outward unit normal (x, y) and
     offset in m, map frame. ``number`` counts the cells; ``echo_s`` is the newest stamp of the robot's whereabouts that
     counts, by its own clock; the target, in the cell, is where to go.
+
+    A plan is samples of x, y (m), heading (rad), speed (m/s), yaw rate (rad/s), 0.05 s apart, from ``plan_start_s`` by
+    the robot's clock on, to rest. It continues the plan ``plan_base``, from which it may differ from ``plan_branch_s``
+    on: a robot that follows another plan, or gets it later, refuses it.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/Guidance"
@@ -27,6 +31,30 @@ class Guidance(Message):
     target_x_m: float = 0.0
     target_y_m: float = 0.0
     half_planes: Float64Array = zeros(0)
+    plan: Float64Array = zeros(0)
+    plan_start_s: float = 0.0
+    plan_branch_s: float = 0.0
+    plan_base: UInt32 = 0
+
+
+class PlanState(Message):
+    """State of a robot that is guided by plans, and the plan that it follows.
+
+    ``stamp_s`` and ``aligned`` are as in Whereabouts; ``adopted`` is the number of the plan that it follows, 0 where it
+    stood at the start, ``decided`` the highest number that it has adopted or refused.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/PlanState"
+    header: Header = Header()
+    stamp_s: float = 0.0
+    aligned: bool = True
+    x_m: float = 0.0
+    y_m: float = 0.0
+    heading_rad: float = 0.0
+    speed_mps: float = 0.0
+    yaw_rate_radps: float = 0.0
+    adopted: UInt32 = 0
+    decided: UInt32 = 0
 
 
 class Whereabouts(Message):
@@ -116,7 +144,8 @@ class TeamReport(Message):
 
     ``finished``: its time is up or all have arrived; else another task took its place. ``missing`` are those that have
     goals and are not there, each with the reason: "tb3: it is not heard". ``nearest_m`` is the least distance of two
-    stopping segments at any of its ``updates``; ``heard`` and ``told`` count messages.
+    stopping segments at any of its ``updates``; ``heard`` and ``told`` count messages. ``wishes_json``: how much cells
+    have changed what robots wished, and what the team's algorithm has answered.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/TeamReport"
@@ -131,6 +160,7 @@ class TeamReport(Message):
     updates: UInt32 = 0
     heard: UInt32 = 0
     told: UInt32 = 0
+    wishes_json: str = ""
 
 
 class BeginGuidedRequest(Message):
@@ -138,12 +168,14 @@ class BeginGuidedRequest(Message):
 
     ``coordinator``: the id of its session on the bus; the robot takes guidance of that session alone.
     ``lockstep_s``: an emulated robot holds sim time at every multiple of it until it is answered; 0: it never does.
+    ``plans``: guidance has plans instead of cells, and the robot reports its PlanState instead of its Whereabouts.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/BeginGuided_Request"
     request_id: str = ""
     coordinator: str = ""
     lockstep_s: float = 0.0
+    plans: bool = False
 
 
 class BeginGuidedResponse(Message):

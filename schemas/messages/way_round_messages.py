@@ -26,10 +26,10 @@ class WayRound(Message):
     """Report on things in a robot's way: what it does about them, and what of the job it has not done for them.
 
     It is sent whenever that changes. ``things`` are those in the way, or that it goes round. A robot that ``WAITS``
-    goes round them at ``goes_round_at`` unless it is answered before; zero: it waits until they have gone. With
-    ``continues`` the job goes on after the present drive, whatever the report of that says. ``drives`` counts those of
-    the job so far. ``left_out`` are the stretches that are not painted, ``left_out_patches`` what is not covered: what
-    can be reached is tried again at the end.
+    goes round them at ``goes_round_at`` unless it is answered before; zero: it waits until they have gone. One that
+    ``FINDS_NO_WAY`` searches again then. With ``continues`` the job goes on after the present drive, whatever the
+    report of that says. ``drives`` counts those of the job so far. ``left_out`` are the stretches that are not painted,
+    ``left_out_patches`` what is not covered: what can be reached is tried again at the end.
     """
 
     DRIVES: ClassVar[int] = 0

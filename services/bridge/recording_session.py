@@ -85,7 +85,7 @@ class RecordingSession:
         self._problem = ""
         self._inboxes = inboxes
         self._most = _most_at_once(len(inboxes))
-        self._sequencer = Sequencer()
+        self._sequencers = {inbox.namespace: Sequencer() for inbox in inboxes}
         self._flush_due_s = 0.0
         self.behind = False
         recorder.note(*wall_time_note(BEGUN))
@@ -161,11 +161,13 @@ class RecordingSession:
 
     def _take(self) -> bool:
         """Record what has arrived, or a part of it: then it is `behind`. Return whether anything had."""
-        batch = [message for inbox in self._inboxes for message in inbox.drain(self._most)]
-        cut = {(inbox.namespace, name) for inbox in self._inboxes for name in inbox.cut}
-        self._write(self._sequencer.take(batch, cut))
-        self.behind = bool(cut)
-        return bool(batch)
+        busy = self.behind = False
+        for inbox in self._inboxes:
+            batch = inbox.drain(self._most)
+            # Robots of one process have connections of their own, of which one may be slower.
+            self._write(self._sequencers[inbox.namespace].take(batch, inbox.cut))
+            busy, self.behind = busy or bool(batch), self.behind or bool(inbox.cut)
+        return busy
 
     def take_reports(self, namespace: str, sent: Iterable[LastSent]) -> None:
         """Count missing messages by the publishers' own reports, once all arrived ones are recorded."""
@@ -173,7 +175,7 @@ class RecordingSession:
         for each in sent:
             missing = sum(inbox.take_report(each) for inbox in inboxes)
             if missing:
-                self._write(self._sequencer.rest())
+                self._write(self._sequencers[namespace].rest())
                 self.recorder.lose(each.topic, missing, namespace)
 
     def finish(self, unasked: Sequence[str] = ()) -> RecordingReport:
@@ -188,7 +190,8 @@ class RecordingSession:
         if not self.recorder.problem and not self._problem:
             with suppress(RecordingError):  # the report names it
                 self._take()
-                self._write(self._sequencer.rest())
+                for sequencer in self._sequencers.values():
+                    self._write(sequencer.rest())
         if not self._problem:
             self.recorder.note(*wall_time_note(ENDED))
         last = self.recorder.finish(self._rejected(), unasked)

@@ -63,7 +63,7 @@ _PLACE = itemgetter(0)
 
 
 class Sequencer:
-    """Sorts batches of messages by the time they were sent."""
+    """Sorts batches of messages of one robot by the time they were sent."""
 
     def __init__(self) -> None:
         """Start without messages."""
@@ -73,12 +73,12 @@ class Sequencer:
         """Offsets of wall times, after each time that a clock was set back."""
         self._latest_ns = 0
 
-    def take(self, batch: Sequence[Arrived], cut: Collection[tuple[str, str]] = ()) -> list[Arrived]:
+    def take(self, batch: Sequence[Arrived], cut: Collection[str] = ()) -> list[Arrived]:
         """Add a batch, which may be empty; the messages of each publisher are in its order.
 
         Args:
             batch: The messages.
-            cut: Robots and names of the topics of which more wait than are in the batch.
+            cut: Names of the topics of which more wait than are in the batch.
 
         Returns:
             Every message sent no later than the youngest of the batch before, and than the last one here of each topic
@@ -91,7 +91,7 @@ class Sequencer:
             return []
         youngest_ns = self._held[-1][0]
         if cut:
-            last_ns = {(message.namespace, message.topic.name): place_ns for place_ns, message in placed}
+            last_ns = {message.topic.name: place_ns for place_ns, message in placed}
             youngest_ns = min([youngest_ns, *(last_ns.get(key, 0) for key in cut)])
         arrived = sorted([*self._held, *placed], key=_PLACE)
         certain = len(arrived)

@@ -6,10 +6,12 @@ import time
 from collections.abc import Sequence
 
 from touchline.bus import Bus
+from touchline.coordination.coordination import Reported
 from touchline.coordination.guidance_messages import stamped_guidance
 from touchline.coordination.reported_contacts import tick_of
 from touchline.schemas import messages as m
 from touchline.schemas import topics
+from touchline.schemas.team import TeamScenario
 
 
 class RobotLink:
@@ -22,13 +24,14 @@ class RobotLink:
         path: Its true path up to the last exchange in lockstep.
     """
 
-    def __init__(self, bus: Bus, *, lockstep: bool) -> None:
+    def __init__(self, bus: Bus, team: TeamScenario, *, lockstep: bool) -> None:
         """Subscribe on the robot's own bus; in lockstep also to the truth."""
-        self._inbox = bus.inbox([topics.WHEREABOUTS, topics.TRUE_WAY][: 1 + lockstep], keep="recent")
+        reported = topics.PLAN_STATE if team.by_plans else topics.WHEREABOUTS
+        self._inbox = bus.inbox([reported, topics.TRUE_WAY][: 1 + lockstep], keep="recent")
         self._lockstep = lockstep
         self.path: m.TrueWay | None = None
         self._guidance = bus.publisher(topics.GUIDANCE, bus.publisher_id)
-        self.whereabouts: m.Whereabouts | None = None
+        self.whereabouts: Reported | None = None
         self.heard_at_s, self.fresh = time.monotonic(), False
 
     @property
@@ -43,7 +46,7 @@ class RobotLink:
     def listen(self, now_s: float) -> None:
         """Take messages that have arrived since the last call."""
         for _, message in self._inbox.messages():
-            if isinstance(message, m.Whereabouts):
+            if isinstance(message, m.Whereabouts | m.PlanState):
                 self.whereabouts, self.heard_at_s, self.fresh = message, now_s, True
             elif isinstance(message, m.TrueWay):
                 self.path = message

@@ -20,7 +20,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from touchline.bus import Bus, BusConfig, HealthReporter, ServedCall
 from touchline.coordination.body_contacts import body_radius_m
-from touchline.coordination.coordination import Coordination
+from touchline.coordination.coordination import Coordination, Reported
 from touchline.coordination.exchange import EXCHANGE_TICKS, Exchange
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.guidance_messages import header_at
@@ -36,6 +36,7 @@ from touchline.schemas.spec import problems_of
 from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.schemas.topics import Service
 from touchline.services.coordinator.contact_injector import ContactInjector
+from touchline.services.coordinator.external_algorithm import ExternalDecider
 from touchline.services.coordinator.group_call import GroupCall, reasons, start_guidance
 from touchline.services.coordinator.invitations import Invitations
 from touchline.services.coordinator.removals import Removals
@@ -76,10 +77,10 @@ class TeamService:
     def __init__(self, bus: Bus, team: TeamScenario, area: FreeArea, *, lockstep: bool) -> None:
         self._bus, self._team, self._lockstep = bus, team, lockstep
         self._area = area
-        self._coordination = Coordination(team, area)
-        self._exchange = Exchange(team, self._coordination)
         self._buses = {name: bus.of(name) for name in team.names}  # and of all others that have been invited
-        self._links = {name: RobotLink(each, lockstep=lockstep) for name, each in self._buses.items()}
+        self._coordination = Coordination(team, area, lambda radio: ExternalDecider(self._buses, radio))
+        self._exchange = Exchange(team, self._coordination)
+        self._links = {name: RobotLink(each, team, lockstep=lockstep) for name, each in self._buses.items()}
         self._presser = ContactInjector(self._buses, body_radius_m(team.vehicle), area)
         self._step = self._exchange.step_ticks if lockstep else EXCHANGE_TICKS
         self._next_tick = self._step
@@ -103,7 +104,7 @@ class TeamService:
     def _begin(self, call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse]) -> None:
         """Have all robots be guided from now on; the call is answered when all have answered."""
         buses = {name: self._buses[name] for name in self._links}
-        self._beginning = start_guidance(buses, self._lockstep_s)
+        self._beginning = start_guidance(buses, self._lockstep_s, plans=self._team.by_plans)
         self._call, self._phase = call, _Phase.BEGINNING
 
     @property
@@ -187,7 +188,7 @@ class TeamService:
         self._next_tick = tick + self._step
         return True
 
-    def _exchanged(self, tick: int, whereabouts: dict[str, m.Whereabouts]) -> dict[str, list[m.Guidance]]:
+    def _exchanged(self, tick: int, whereabouts: dict[str, Reported]) -> dict[str, list[m.Guidance]]:
         """Exchange messages; if two robots are about to run into each other, pause all."""
         try:
             guidance = self._exchange.at(tick, whereabouts)
@@ -305,14 +306,14 @@ class TeamService:
             return
         if name not in self._buses:
             self._buses[name] = self._bus.of(name)
-        self._asked[name] = start_guidance({name: self._buses[name]}, self._lockstep_s)
+        self._asked[name] = start_guidance({name: self._buses[name]}, self._lockstep_s, plans=self._team.by_plans)
 
     def _take_in(self, name: str) -> None:
         """Guide a robot from now on; if it was guided before, its process was restarted, and so was its clock."""
         self._invitations.joins(name)
         self._offsets.pop(name, None)
         if name not in self._links:
-            self._links[name] = RobotLink(self._buses[name], lockstep=self._lockstep)
+            self._links[name] = RobotLink(self._buses[name], self._team, lockstep=self._lockstep)
         self._links[name].whereabouts = None
 
     @property
@@ -330,7 +331,7 @@ class TeamService:
         return self._problem or (f"waits for {', '.join(waits[:5])}" if waits else self._task)
 
 
-def _whereabouts(links: Mapping[str, RobotLink]) -> dict[str, m.Whereabouts]:
+def _whereabouts(links: Mapping[str, RobotLink]) -> dict[str, Reported]:
     return {name: link.whereabouts for name, link in links.items() if link.whereabouts is not None}
 
 
@@ -366,7 +367,8 @@ def run_service(
         SpecError: The bus configuration, the area, or the team's avoidance, cannot be used.
         TouchlineError: Another coordinator runs, or a robot cannot be guided.
     """
-    team.check_on_bus()
+    if team.by_plans and not lockstep:
+        raise SpecError("team", "avoid", "needs robots of one clock by plans", "use cells, or start with --lockstep")
     config = config or BusConfig.from_environment((topics.TEAM_NAMESPACE,))
     area = free_area(team)
     with until_stopped(supervisor) as stop, Bus.open(topics.COORDINATOR, config, lambda: stop.asked) as bus:

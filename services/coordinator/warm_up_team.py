@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from touchline.coordination.coordination import Coordination
+from touchline.coordination.coordination import Coordination, Reported
 from touchline.coordination.exchange import Exchange
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.team_status import team_status
-from touchline.schemas.messages import Whereabouts
+from touchline.schemas.messages import PlanState, Whereabouts
 from touchline.schemas.team import TaskSpec, TeamScenario
 
 _SILENT_TICKS: Final = 1000
@@ -22,15 +22,20 @@ def warm_up_team(team: TeamScenario, area: FreeArea) -> None:
     low, high = area.hull.min(axis=0), area.hull.max(axis=0)
     x, y = area.pieces[0][: area.sizes[0]].mean(axis=0).tolist()
     off = 1e-3 * float((high - low).min())
-    pair = team.model_copy(update={"robots": 2, "places": {}, "task": task})
+    count = 1 if team.by_plans else 2  # two stand nearer here than plans may be
+    pair = team.model_copy(update={"robots": count, "places": {}, "task": task, "algorithm": None})
     coordination = Coordination(pair, area)
     exchange = Exchange(pair, coordination)
     silent = exchange.update_ticks * math.ceil(_SILENT_TICKS / exchange.update_ticks)
     for tick in (exchange.update_ticks, 2 * exchange.update_ticks, silent):
-        whereabouts = {
-            name: Whereabouts(stamp_s=tick / 100.0, x_m=x + k * off, y_m=y, stop_x_m=x + k * off, stop_y_m=y)
-            for k, name in enumerate(pair.names[:1] if tick == silent else pair.names)
-        }
-        exchange.at(tick, whereabouts)
+        names = pair.names[:1] if tick == silent else pair.names
+        exchange.at(tick, {name: _standing(team, tick / 100.0, x + k * off, y) for k, name in enumerate(names)})
     coordination.cells()
     team_status(coordination, area)
+
+
+def _standing(team: TeamScenario, stamp_s: float, x_m: float, y_m: float) -> Reported:
+    """Return the message of a robot that stands at a place."""
+    if team.by_plans:
+        return PlanState(stamp_s=stamp_s, x_m=x_m, y_m=y_m)
+    return Whereabouts(stamp_s=stamp_s, x_m=x_m, y_m=y_m, stop_x_m=x_m, stop_y_m=y_m)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchline.schemas.errors import PlanningError
+from touchline.schemas.errors import NOTHING_REACHED, PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
@@ -112,7 +112,7 @@ def _reachable(
 def nothing_reached(lines: ReachableLines) -> PlanningError:
     """Create the error for a template without a line that can be painted."""
     outlines = ", ".join(f'"{name}"' for name in dict.fromkeys(each.outline for each in lines.left_out))
-    problem = f"has no line that can be painted: everywhere the robot's body would touch {outlines}"
+    problem = f"{NOTHING_REACHED}: everywhere the robot's body would touch {outlines}"
     return PlanningError("", problem, "move the lines or the outlines apart, or paint them by hand")
 
 

@@ -275,7 +275,7 @@ class Commands:
     def begin_guided(self, request: m.BeginGuidedRequest) -> m.BeginGuidedResponse:
         """Follow a coordinator's guidance from now on."""
         try:
-            self._emulator.begin_guided()
+            self._emulator.begin_guided(plans=request.plans)
         except CommandRefused as error:
             return self.refuse_guided(str(error))
         self.trajectory = m.Trajectory()

@@ -283,8 +283,11 @@ class Emulator:
         self.auxiliary.restore((), tick)
         self.faults.step(tick)
 
-    def begin_guided(self) -> None:
+    def begin_guided(self, *, plans: bool = False) -> None:
         """Follow a team coordinator's guidance from now on.
+
+        Args:
+            plans: Whether guidance has plans instead of cells.
 
         Raises:
             CommandRefused: Not now, or not such a robot.
@@ -292,9 +295,9 @@ class Emulator:
         self.check_load()
         self.hand_over_samples()
         initial = self._state()
-        self.onboard.begin_guided()
+        self.onboard.begin_guided(plans=plans)
         self.initial = initial
-        self._note("begin-guided")
+        self._note("begin-guided", **({"plans": True} if plans else {}))
         self.ledger, self.account, self.track = self._no_paint(), None, Track()
         self._surround(())
         self.estimator_error = EstimatorError()

@@ -19,6 +19,7 @@ ODOMETRY: Final = FixedLayout(m.Odometry, {"header.frame_id": MAP_FRAME, "child_
 ESTIMATOR: Final = FixedLayout(m.EstimatorStatus, {"header.frame_id": MAP_FRAME})
 SPRAYER: Final = FixedLayout(m.SprayerState, {"header.frame_id": BODY_FRAME})
 WHEREABOUTS: Final = FixedLayout(m.Whereabouts, {"header.frame_id": MAP_FRAME})
+PLAN_STATE: Final = FixedLayout(m.PlanState, {"header.frame_id": MAP_FRAME})
 AREA: Final = FixedLayout(m.AreaProgress, {"header.frame_id": MAP_FRAME})
 BATTERY: Final = FixedLayout(m.BatteryState, {"header.frame_id": BODY_FRAME, "location": "battery"})
 

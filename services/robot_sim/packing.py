@@ -218,6 +218,24 @@ def whereabouts_at(time: Stamp, message: m.Whereabouts, stamp_s: float, place: S
     return layouts.WHEREABOUTS.pack(*time, stamp_s, message.aligned, *place, message.adopted, message.decided)
 
 
+def plan_state(time: Stamp, message: m.PlanState) -> bytes:
+    """Pack the message of a robot that is guided by plans."""
+    motion = message.x_m, message.y_m, message.heading_rad, message.speed_mps, message.yaw_rate_radps
+    return plan_state_at(time, message, message.stamp_s, motion)
+
+
+def plan_state_at(time: Stamp, message: m.PlanState, stamp_s: float, motion: Sequence[float]) -> bytes:
+    """Pack the message of a robot that is guided by plans at another time and place, as `plan_state`.
+
+    Args:
+        time: Stamp of the message.
+        message: The message, except for time and motion.
+        stamp_s: Time of the robot's computer.
+        motion: x, y (m), heading (rad), speed (m/s), yaw rate (rad/s).
+    """
+    return layouts.PLAN_STATE.pack(*time, stamp_s, message.aligned, *motion, message.adopted, message.decided)
+
+
 def status(time: Stamp, current: Status, speed_mps: float, onboard: Onboard) -> Payload:
     """Pack the status of the traversal, as estimated by the onboard computer.
 

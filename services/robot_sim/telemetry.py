@@ -35,6 +35,8 @@ from touchline.services.robot_sim.packing import (
     order_payload,
     paint_payloads,
     pause_status,
+    plan_state,
+    plan_state_at,
     positions,
     sensor_samples,
     stamp,
@@ -66,7 +68,7 @@ class _Steady(NamedTuple):
     """State of a guided robot at the last check; in nominal ticks since then only its motion is new."""
 
     status: Status
-    whereabouts: m.Whereabouts
+    report: m.Whereabouts | m.PlanState
 
 
 class Telemetry:
@@ -198,6 +200,8 @@ class Telemetry:
         due = sensor_samples(emulator.samples, emulator.auxiliary.specs)
         if tick % WHEREABOUTS_TICKS == 0 and (message := emulator.onboard.whereabouts) is not None:
             due.append((topics.WHEREABOUTS, whereabouts(time, message)))
+        if tick % WHEREABOUTS_TICKS == 0 and (planned := emulator.onboard.plan_state) is not None:
+            due.append((topics.PLAN_STATE, plan_state(time, planned)))
         if tick % _OBSTACLE_TICKS == 0 and (perception := emulator.onboard.perception) is not None:
             due.append(obstacles(tick, perception))
             if (around := emulator.onboard.protection.zones) is not None:
@@ -218,13 +222,18 @@ class Telemetry:
 
     def _hold_steady(self, steady: _Steady, rows: range) -> None:
         """Hold the payloads of nominal ticks of a guided robot, which are in these rows of the log, one or more."""
-        message = steady.whereabouts
+        report = steady.report
         orders = self._orders()  # commands come between stretches
         for at, row in zip(rows, self._log[rows.start : rows.stop : rows.step].tolist(), strict=True):
             tick = round(row[tick_log.TICK])
             time = stamp(tick)
-            place = *row[tick_log.ESTIMATE : tick_log.ESTIMATE + 2], *row[tick_log.STOP : tick_log.STOP + 2]
-            there = topics.WHEREABOUTS, whereabouts_at(time, message, tick / TICKS_PER_S, place)
+            there: Payload
+            if isinstance(report, m.PlanState):
+                motion = row[tick_log.ESTIMATE : tick_log.ESTIMATE + 5]
+                there = topics.PLAN_STATE, plan_state_at(time, report, tick / TICKS_PER_S, motion)
+            else:
+                place = *row[tick_log.ESTIMATE : tick_log.ESTIMATE + 2], *row[tick_log.STOP : tick_log.STOP + 2]
+                there = topics.WHEREABOUTS, whereabouts_at(time, report, tick / TICKS_PER_S, place)
             status_then = steady.status._replace(elapsed_s=row[tick_log.ELAPSED_S])
             payloads = self._stands(time, status_then, row[tick_log.SPEED], flowing=row[tick_log.FLOW_LPS] > 0.0)
             clock = topics.CLOCK, layouts.CLOCK.pack(*time)
@@ -277,9 +286,9 @@ class Telemetry:
         self._steady, onboard = None, emulator.onboard
         nothing_new = emulator.faults.no_events and not emulator.ledger.points
         if nothing_new and onboard.steady:
-            message = onboard.whereabouts
-            assert message is not None, "it is guided"
-            self._steady = _Steady(onboard.status, message)
+            report = onboard.whereabouts or onboard.plan_state
+            assert report is not None, "it is guided"
+            self._steady = _Steady(onboard.status, report)
             return min(most, len(self._log) - self._held)
         return min(most, MOST_TICKS - emulator.tick_count % MOST_TICKS)
 

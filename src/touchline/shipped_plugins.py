@@ -11,6 +11,7 @@ from touchline.schemas.plugins import (
     POSE_METHODS,
     SENSORS,
     SPEED_LAWS,
+    TEAM_ALGORITHMS,
     TOOLS,
     KindParts,
 )
@@ -199,5 +200,12 @@ SPEED_LAWS.register("quintic", "s = 10τ³ − 15τ⁴ + 6τ⁵: smooth at both 
 SPEED_LAWS.register("cubic", "s = 3τ² − 2τ³: at rest at both ends", f"{_LAWS}:CUBIC")
 SPEED_LAWS.register("uniform", "baseline: s = τ, which begins and ends in a jump", f"{_LAWS}:UNIFORM")
 
-for _registry in (DRIVES, TOOLS, FAULTS, SENSORS, METHODS, AREA_METHODS, FOLLOWERS, POSE_METHODS, SPEED_LAWS):
+TEAM_ALGORITHMS.register(
+    "grid-ways",
+    "all ways to goals together, on a grid",
+    "touchline.coordination.mapf.mapf_algorithm:GridWays",
+)
+
+_ALL = (DRIVES, TOOLS, FAULTS, SENSORS, METHODS, AREA_METHODS, FOLLOWERS, POSE_METHODS, SPEED_LAWS, TEAM_ALGORITHMS)
+for _registry in _ALL:
     _registry.close_shipped()

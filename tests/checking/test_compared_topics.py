@@ -11,6 +11,8 @@ GIVEN = {
     topics.INITIAL_STATE,
     topics.CLAIMED,
     topics.GUIDANCE,
+    topics.ALGORITHM_STATE,
+    topics.ALGORITHM_WISH,
     topics.SETUP,
     topics.TEAM_SETUP,
     topics.TEAM_CELLS,

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from touchline.coordination.algorithms.team_algorithm import GoalWish
 from touchline.coordination.free_area import FreeArea
-from touchline.coordination.plans import committed_plans
+from touchline.coordination.plans import barrier_kernels, committed_plans
 from touchline.coordination.plans import plan_kernels as kernels
+from touchline.coordination.plans.barrier_plans import BarrierPlans
 from touchline.coordination.plans.committed_plans import CommittedPlans, TooNear
 from touchline.core import timed_motion as t
 
@@ -24,10 +26,12 @@ LIMITS = kernels.PlanLimits(
     yaw_acceleration_radps2=4.0,
     apart_m=0.4,
     wall_m=0.2,
-    period_steps=8,
+    lead_steps=0,
+    drive_steps=8,
+    update_steps=8,
 )
 ROOM = FreeArea.of([(0, 0), (5, 0), (5, 4), (0, 4)], [[(2, 1.5), (3, 1.5), (3, 2.5), (2, 2.5)]])
-PERIOD_S = LIMITS.period_steps * t.STEP_S
+PERIOD_S = 0.4
 ROUNDING_M = 1e-9
 
 
@@ -60,6 +64,43 @@ def at_nearest(places: NDArray[np.complex128]) -> NDArray[np.complex128]:
 
 
 @pytest.mark.parametrize("malicious", [False, True], ids=["random", "at the nearest"])
+def test_no_wish_brings_plans_nearer_than_they_may_be_by_barriers(malicious: bool) -> None:
+    rng, changed_mps = np.random.default_rng(8), 0.0
+    for _ in range(4):
+        team = BarrierPlans(scattered(rng, 14), ROOM, LIMITS)
+        for _ in range(40):
+            before = team.plans.copy()
+            wishes = at_nearest(team.places) if malicious else rng.normal(size=14) + 1j * rng.normal(size=14)
+            team.choose_by(wishes, range(14))
+            assert team.closest_m >= LIMITS.apart_m - ROUNDING_M
+            assert wall_clearance_m(team.plans) >= LIMITS.wall_m - ROUNDING_M
+            np.testing.assert_array_equal(team.plans[:, 0], before[:, LIMITS.drive_steps])
+            changed_mps += float(np.abs(team.changes[:, 0]).sum())
+        assert team.infeasible == 0
+    assert changed_mps > 10.0
+
+
+def test_barriers_grant_the_wish_of_a_robot_that_is_alone() -> None:
+    team = BarrierPlans(np.array([(1.0, 3.0, 0.0)]), ROOM, LIMITS)
+    for _ in range(5):
+        team.choose_by(np.array([0.4 + 0.0j]), [0])
+        assert not team.changes.any()
+    assert team.plans[0, LIMITS.drive_steps, t.SPEED] == pytest.approx(0.4)
+
+
+def test_braking_is_what_is_left_of_a_plan_by_barriers() -> None:
+    rng = np.random.default_rng(4)
+    team = BarrierPlans(scattered(rng, 6), ROOM, LIMITS)
+    for _ in range(10):
+        team.choose_by(at_nearest(team.places), range(6))
+        rest = team.plans.copy()
+        kernels.advance(rest, LIMITS.drive_steps)
+        braking = rest.copy()
+        barrier_kernels.roll_out_all(braking, np.zeros((6, 2)), LIMITS)
+        np.testing.assert_allclose(braking, rest, atol=1e-12)
+
+
+@pytest.mark.parametrize("malicious", [False, True], ids=["random", "at the nearest"])
 def test_no_wish_brings_plans_nearer_than_they_may_be(malicious: bool) -> None:
     rng = np.random.default_rng(7)
     moved_m = 0.0
@@ -71,7 +112,7 @@ def test_no_wish_brings_plans_nearer_than_they_may_be(malicious: bool) -> None:
             team.choose_by(wishes, rng.permutation(14)[: rng.integers(15)].tolist())
             assert team.closest_m >= LIMITS.apart_m - ROUNDING_M
             assert wall_clearance_m(team.plans) >= LIMITS.wall_m - ROUNDING_M
-            np.testing.assert_array_equal(team.plans[:, 0], before[:, LIMITS.period_steps])  # nobody jumps
+            np.testing.assert_array_equal(team.plans[:, 0], before[:, LIMITS.drive_steps])  # nobody jumps
             moved_m += float(np.abs(team.places - places).sum())
     assert moved_m > 20.0
 
@@ -82,9 +123,10 @@ def test_the_rest_of_every_plan_stays_permitted() -> None:
     for _ in range(40):
         team.choose_by(at_nearest(team.places), range(14))
         rests = team.plans.copy()
+        claims = kernels.Claims(rests, np.arange(14))
         for steps in range(1, rests.shape[1]):
             kernels.advance(rests, 1)
-            assert all(kernels.first_conflict(plan, who, rests, LIMITS) < 0 for who, plan in enumerate(rests)), steps
+            assert all(kernels.first_conflict(plan, who, claims, LIMITS) < 0 for who, plan in enumerate(rests)), steps
             assert all(kernels.clear_of_walls(plan, around, LIMITS) for plan in rests)
         assert not rests[:, 0, t.SPEED :].any()  # by then all stand
 
@@ -98,7 +140,7 @@ def test_a_plan_changes_speed_and_yaw_rate_no_faster_than_it_may_and_ends_at_res
         kernels.roll_out(plan, speed, rate, LIMITS, len(plan))
         assert np.abs(np.diff(plan[:, t.SPEED])).max() <= LIMITS.acceleration_mps2 * t.STEP_S + 1e-12
         assert np.abs(np.diff(plan[:, t.YAW_RATE])).max() <= LIMITS.yaw_acceleration_radps2 * t.STEP_S + 1e-12
-        assert plan[LIMITS.period_steps, t.SPEED] == pytest.approx(speed)
+        assert plan[LIMITS.drive_steps, t.SPEED] == pytest.approx(speed)
         assert not plan[-1, t.SPEED :].any()
         assert abs(rate) * max(speed, plan[0, t.SPEED]) <= LIMITS.lateral_acceleration_mps2 + 1e-12
 
@@ -139,7 +181,7 @@ def swapped(count: int, seed: int) -> tuple[float, float]:
     closest_m, now_s = math.inf, 0.0
     while np.abs(team.places - (goals[:, 0] + 1j * goals[:, 1])).max() > 0.1:
         assert now_s < 4.0 * bound_s, "somebody never arrives"
-        team.update(goals)
+        team.update([GoalWish(x, y) for x, y in goals.tolist()])
         closest_m, now_s = min(closest_m, team.closest_m), now_s + PERIOD_S
     return now_s / bound_s, closest_m
 
@@ -155,7 +197,7 @@ def test_who_stands_in_the_way_of_one_that_waits_is_pushed_on_and_the_token_goes
     team = CommittedPlans(np.array([(0.5, 0.35, 0.0), (1.5, 0.35, 0.0)]), corridor, LIMITS)
     goals, holders, farthest_m = np.array([(5.0, 0.35), (1.5, 0.35)]), set(), 0.0
     for _ in range(100):
-        team.update(goals)
+        team.update([GoalWish(x, y) for x, y in goals.tolist()])
         holders.add(team.token)
         farthest_m = max(farthest_m, team.places[1].real)
         assert team.closest_m >= LIMITS.apart_m - ROUNDING_M
@@ -169,7 +211,7 @@ def token_places() -> tuple[int, list[float]]:
     team = CommittedPlans(np.array([(0.5, 0.35, 0.0), (1.5, 0.35, 0.0)]), corridor, LIMITS)
     goals, found, updates = np.array([(7.5, 0.35), (1.5, 0.35)]), list[float](), 0
     for _ in range(100):
-        team.update(goals)
+        team.update([GoalWish(x, y) for x, y in goals.tolist()])
         updates += not found
         if team.token == 0:
             found.append(team.places[0].real)

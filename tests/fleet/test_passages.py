@@ -10,6 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from tests.fleet.test_committed_plans import LIMITS, PERIOD_S, ROUNDING_M
+from touchline.coordination.algorithms.team_algorithm import GoalWish
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans import move_order
 from touchline.coordination.plans.committed_plans import CommittedPlans
@@ -109,7 +110,7 @@ def through(area: FreeArea, starts: Floats, goals: Floats) -> float:
     team, now_s = CommittedPlans(starts, area, LIMITS), 0.0
     while np.abs(team.places - (goals[:, 0] + 1j * goals[:, 1])).max() > 0.1:
         assert now_s < 120.0, "somebody never arrives"
-        team.update(goals)
+        team.update([GoalWish(x, y) for x, y in goals.tolist()])
         now_s += PERIOD_S
         assert team.closest_m >= LIMITS.apart_m - ROUNDING_M
         assert area.holds(team.plans[:, :, :2].reshape(-1, 2), LIMITS.wall_m - ROUNDING_M).all()

@@ -1,4 +1,4 @@
-"""Requests of every kind to a planner that is warm; prints the kernels that were not there by then.
+"""Requests of every kind to a planner that is warm; prints the kernels that were not there by then or cannot be kept.
 
 Run as `python -m tests.planner.every_request VEHICLE`, each time in a new process.
 """
@@ -9,7 +9,7 @@ import sys
 
 import numpy as np
 
-from tests.late_kernels import LateKernels
+from tests.late_kernels import LateKernels, tell_of_numba
 from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PlanRequest, PoseGoal
 from touchline.schemas.plugins import AREA_METHODS, METHODS, POSE_METHODS, SPEED_LAWS
 from touchline.schemas.vehicles.shipped import SHIPPED
@@ -80,6 +80,7 @@ def goals_under_way(drive):
 
 
 def main(name):
+    tell_of_numba()
     vehicle = SHIPPED[name].vehicle
     Worker((vehicle,))._warm_up()
     late = LateKernels()

@@ -47,12 +47,36 @@ def test_a_robot_that_is_shut_in_is_told_where() -> None:
         plan(template, Vehicle(), PlanOptions(start=np.array((0.0, 0.0, 0.0))))
 
 
+def test_a_robot_leaves_a_slot_in_which_it_cannot_turn() -> None:
+    slot = (
+        box((-0.4, 0.55), (3.0, 0.8), "n"),
+        box((-0.4, -0.8), (3.0, -0.55), "s"),
+        box((-0.7, -0.8), (-0.4, 0.8), "w"),
+    )
+    lines = [(-10.0, y_m, -16.0, y_m) for y_m in (-9.0, 6.0, 9.0)]
+    template = drawn(*lines, obstacles=slot)
+    planned = plan(template, Vehicle(), PlanOptions(start=np.array((0.0, 0.0, 0.0))))
+    assert not planned.report.left_out
+    checker = CollisionChecker.of(template, Vehicle())
+    assert checker is not None and checker.is_clear(planned.sections[0].path)
+
+
+def test_a_standing_start_on_the_map_is_not_closed_for_good() -> None:
+    goal = CurveEnd(PathPose(9.0, 0.0, 0.0), 0.0)
+    standing, painted = (CurveEnd(PathPose(0.0, 0.0, 0.0), 0.0, speed_mps) for speed_mps in (0.0, 1.0))
+    closed = ClosedEnds({standing, painted}, {goal})
+    ways: Any = SimpleNamespace(leaves=lambda start: True)
+    for start in (standing, painted):
+        closed.learn(start, goal, {}, ways)
+    assert closed.for_good == ({painted}, {goal})
+
+
 def test_a_goal_without_room_behind_it_does_not_close_a_start_that_can_be_backed_from() -> None:
     start, goal, behind = (CurveEnd(PathPose(x_m, 0.0, 0.0), 0.0) for x_m in (0.0, 9.0, -2.5))
     backing: Any = {(FAR_BACKED_M[0], 0.0): SimpleNamespace(leaving=behind)}
     closed = ClosedEnds({start}, {goal})
-    closed.learn(start, goal, backing)
+    closed.learn(start, goal, backing, None)
     assert closed.for_good == (set(), {goal})
     closed.to_leave.add(behind)
-    closed.learn(start, goal, backing)
+    closed.learn(start, goal, backing, None)
     assert closed.for_good == ({start}, {goal})

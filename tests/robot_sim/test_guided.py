@@ -29,18 +29,18 @@ ROOM = np.array([(1.0, 0.0, 3.0), (-1.0, 0.0, -0.9), (0.0, 1.0, 2.0), (0.0, -1.0
 LEASE_S = OnboardConfig().team.lease_s
 
 
-def guided(start: tuple[float, float, float] = (1.0, 1.0, 2.0)) -> Emulator:
+def guided(start: tuple[float, float, float] = (1.0, 1.0, 2.0), *, plans: bool = False) -> Emulator:
     """A robot that has just been told to be guided."""
     x_m, y_m, heading_rad = start
     world = Scenario(start=Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
     robot = Emulator(SHIPPED[NAME].vehicle, on_its_ground(NAME, world), with_its_own(NAME, OnboardConfig()))
-    robot.begin_guided()
+    robot.begin_guided(plans=plans)
     return robot
 
 
 def aligned(robot: Emulator) -> Emulator:
     """Once it knows where it is."""
-    while not robot.onboard.whereabouts.aligned:
+    while not (robot.onboard.whereabouts or robot.onboard.plan_state).aligned:
         robot.tick()
         assert robot.tick_count < 1000
     return robot
@@ -246,26 +246,30 @@ LIMITS = plan_kernels.PlanLimits(
     yaw_acceleration_radps2=4.5,
     apart_m=0.4,
     wall_m=0.2,
-    period_steps=8,
+    lead_steps=0,
+    drive_steps=8,
+    update_steps=8,
 )
 
 
 def test_it_follows_plans_in_time_late_by_its_motors_alone() -> None:
-    robot, rng, off_m = aligned(guided()), np.random.default_rng(1), []
+    robot, rng, off_m = aligned(guided(plans=True)), np.random.default_rng(1), []
     plan = np.zeros((plan_kernels.samples_of(LIMITS), timed_motion.COLUMNS))
     plan[:, :3] = robot.onboard.estimate[:3]
     lag_s, planned = SHIPPED[NAME].vehicle.drive.motor_time_constant_s, np.zeros(timed_motion.COLUMNS)
-    for _ in range(60):
+    for number in range(60):
         speed, rate = plan_kernels.primitive(plan[0], int(rng.integers(plan_kernels.PRIMITIVES)), 0.0, LIMITS)
         plan_kernels.roll_out(plan, speed, rate, LIMITS, len(plan))
-        robot.onboard.follow_plan(plan.copy())
+        now_s = robot.onboard.plan_state.stamp_s
+        told = {"plan": plan.ravel().copy(), "plan_start_s": now_s, "plan_branch_s": now_s, "plan_base": number}
+        assert robot.onboard.take_guidance(Guidance(number=number + 1, **told))
         for _ in range(40):
             robot.tick()
         timed_motion.motion_at(plan, 0.4 - lag_s, planned)
         off_m.append(off(robot, planned[0], planned[1]))
-        plan_kernels.advance(plan[None], LIMITS.period_steps)
+        plan_kernels.advance(plan[None], LIMITS.update_steps)
     assert max(off_m) <= 0.012
-    assert robot.onboard.off_plan_m <= 0.012
+    assert robot.onboard.plan_state.adopted == 60
     for _ in range(200):
         robot.tick()
     assert abs(robot.world.state.speed_mps) < 1e-3  # nobody has told it more: the plan has ended at rest

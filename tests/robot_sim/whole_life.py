@@ -1,4 +1,4 @@
-"""All that may happen to a robot after it has said that it is ready; prints the kernels that were not there by then.
+"""All that may happen to a robot that is ready; prints the kernels that were not there by then or cannot be kept.
 
 Run as `python -m tests.robot_sim.whole_life VEHICLE FOLLOWER JOB …` in a new process, for any number of robots: each
 lives in a process forked from that one, which has imported what all of them need. JOB is a file of a LoadRequest.
@@ -11,7 +11,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from tests.late_kernels import LateKernels
+from tests.late_kernels import LateKernels, tell_of_numba
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import AtOnce, ask
 from tests.robot_sim.scripted import trajectory
@@ -180,6 +180,7 @@ def live(vehicle, follower, job):
     setup = Setup(vehicle=load_vehicle(vehicle), onboard=OnboardConfig(follower=follower))
     config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
     job = decode(LoadRequest, Path(job).read_bytes())
+    tell_of_numba()
     warm_up(setup=setup, in_team=True)
     late = LateKernels()
     with (

@@ -284,8 +284,12 @@ def test_ros_2_nodes_order_what_is_listed_in_the_gateways_name(secured: Secured)
         for service in (topics.PAUSE, topics.RESUME):
             assert asked(service).message == "done"
             assert secured.asked[-1] == ("gateway.main", service.name)
-        offered = [service.name for service in topics.SERVICES if ros.tokens(node.servers(service))]
-        assert offered == ["traversal/pause", "traversal/resume", "traversal/reset"]
+
+        def offered() -> list[str]:
+            return [service.name for service in topics.SERVICES if ros.tokens(node.servers(service))]
+
+        secured.until(lambda: len(offered()) >= 3, gateway.turn)
+        assert offered() == ["traversal/pause", "traversal/resume", "traversal/reset"]
         assert ros.tokens(node.servers(topics.PARAMETER_SERVICES[0])) == []
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import time
 import uuid
 from collections.abc import Callable, Iterator
@@ -71,6 +73,38 @@ def test_robots_that_touch_have_their_bumpers_pressed_at_the_same_tick_over_the_
     assert one["closest_m"] == other["closest_m"] < 0.354
     assert one["hash"] == other["hash"]
     assert len(read_team(recording).contacts().pairs) == 1
+
+
+@pytest.mark.parametrize("avoid", ["cells", "plans"])
+def test_an_algorithm_decides_the_same_over_the_bus(avoid: str, tmp_path: Path) -> None:
+    pursuit = Path(__file__).parents[2] / "examples" / "teams" / "cyclic_pursuit.py"
+    recording, algorithm = tmp_path / "team.mcap", ("--algorithm", f"{pursuit}:CyclicPursuit", "--avoid", avoid)
+    run = ("--robots", "3", "--duration", "4", *algorithm, "--json")
+    one = figures(touchline_here("fleet", "simulate", *run, "--hash"))
+    other = figures(touchline("fleet", "run", *run, "--record", str(recording)))
+    assert [each.passed for each in check_recording(recording)] == [True, True, True]
+    assert one["hash"] == other["hash"]
+    assert one["algorithm"] == other["algorithm"]
+    assert one["intervention"] == other["intervention"]
+    assert one["algorithm"]["radio"]["delivered"] > 0
+
+
+def test_a_process_of_another_decides_over_zenoh(bus_config: BusConfig, tmp_path: Path) -> None:
+    script = Path(__file__).parents[2] / "examples" / "teams" / "over_zenoh.py"
+    places = {name: {"x_m": x, "y_m": 2.0, "heading_rad": 0.0} for name, x in (("a", 1.0), ("b", 2.2), ("c", 3.4))}
+    file = tmp_path / "team.json"
+    file.write_text(json.dumps({"places": places, "area": AREA, "duration_s": 8.0, "algorithm": {"use": "external"}}))
+    with subprocess.Popen([sys.executable, str(script), bus_config.endpoint, *places]) as other:
+        try:
+            run = figures(touchline("fleet", "run", "--team", str(file), "--json", config=bus_config))
+        finally:
+            other.terminate()
+    assert run["success"], run["reason"]
+    radio = run["algorithm"]["radio"]
+    assert radio["sent"] > 0.8 * 3 * radio["rounds"]
+    assert radio["delivered"] > 0
+    assert not run["algorithm"]["held"]
+    assert run["closest_m"] < 0.6  # they have met
 
 
 def at(x_m: float) -> dict[str, float]:

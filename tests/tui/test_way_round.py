@@ -73,8 +73,10 @@ def test_what_happens_next_is_what_the_robot_says(
     assert ("1 wait on" in lines(shown)) == asks and "unless" not in lines(shown)
 
 
-def test_no_way_round_is_said(waiting: list[Incoming]) -> None:
-    assert "▲ finds no way round" in lines(state(*waiting, way_round(W.FINDS_NO_WAY)))
+def test_no_way_round_is_said_and_when_the_robot_searches_again(waiting: list[Incoming]) -> None:
+    shown = state(*waiting, way_round(W.FINDS_NO_WAY, 140.0))
+    assert "▲ finds no way round" in lines(shown) and "unless told: 1 wait on" in lines(shown)
+    assert panels.hint(shown) == ("space", "hold: searches again in 40 s")
 
 
 def test_a_wait_that_only_a_person_ends_says_so(waiting: list[Incoming]) -> None:

@@ -19,12 +19,10 @@ PERSON = {"kind": "person", "name": "groundsman", "x_m": 6.0, "y_m": 0.0}
 SWEEPER = Vehicle.model_validate(
     {"name": "sweeper", "sensors": [LIDAR], "tool": {"kind": "roller", "rolled_width_m": 1.0}}
 )
-YARD = Template.model_validate(
-    {"name": "yard", "areas": [{"id": "yard", "outline": [[0, 0], [12, 0], [12, 8], [0, 8]]}]}
-)
+YARD = Template.model_validate({"name": "yard", "areas": [{"id": "yard", "outline": [[0, 0], [9, 0], [9, 6], [0, 6]]}]})
 QUICK = PlanOptions(coverage_pct=90.0, laps=1, swath_angle_deg=np.array([0.0]))
 """Options for the yard: touching up takes longest, and is left out."""
-IN_YARD = {**PERSON, "x_m": 8.1, "y_m": 3.0}
+IN_YARD = {**PERSON, "x_m": 6.1, "y_m": 3.0}
 
 
 def meeting(*objects: dict[str, Any]) -> Setup:

@@ -116,18 +116,18 @@ def test_over_the_bus_it_does_the_same(stood: Covered, bus_config: BusConfig) ->
 
 
 def test_what_has_gone_by_the_end_of_the_job_leaves_no_patch() -> None:
-    gone = covered({**IN_YARD, "motion": {"kind": "path", "points": [[8.1, 20.0]], "start_s": 90.0}})
+    gone = covered({**IN_YARD, "motion": {"kind": "path", "points": [[6.1, 20.0]], "start_s": 90.0}})
     figures = gone.outcome.figures(JOB)
     assert figures["success"] and figures["drives"][0].startswith("goes round "), figures["reason"]
     assert figures["drives"][-1] == "done" and sum(each.ground.area for each in gone.left_out) < 0.3
 
 
 def test_a_job_of_remaining_pieces_leaves_out_nothing_else() -> None:
-    half = GroundPiece(area="yard", corners=((0, 0), (6, 0), (6, 8), (0, 8)))
+    half = GroundPiece(area="yard", corners=((0, 0), (4.5, 0), (4.5, 6), (0, 6)))
     ground = UncoveredGround(YARD, SWEEPER, QUICK, (half,))
-    assert sum(each.size_m2 for each in ground.undone.patches) == pytest.approx(48.0)
+    assert sum(each.size_m2 for each in ground.undone.patches) == pytest.approx(27.0)
     rest = ground.rest((), ())
-    assert rest is not None and sum(piece.polygon.area for piece in rest.pieces) == pytest.approx(48.0, abs=0.5)
+    assert rest is not None and sum(piece.polygon.area for piece in rest.pieces) == pytest.approx(27.0, abs=0.5)
 
 
 def test_only_a_robot_with_a_lidar_goes_round_things_and_only_on_a_job_with_a_template() -> None:

@@ -67,7 +67,7 @@ def test_a_robot_goes_on_after_a_person_who_crosses() -> None:
 def test_a_robot_in_a_closed_room_is_told_that_no_way_leads_out(monkeypatch: pytest.MonkeyPatch) -> None:
     plans = Mock(side_effect=plan_to_goal)
     monkeypatch.setattr(goal_rerouting, "plan_to_goal", plans)
-    done = going(*wall((-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0), (-4.0, -4.0)))
+    done = going(*wall((-2.5, -2.5), (2.5, -2.5), (2.5, 2.5), (-2.5, 2.5), (-2.5, -2.5)))
     assert is_shut_off(done)
     assert not hits(done)
     assert plans.call_count < 45  # it does not try all margins again each time

@@ -1,5 +1,6 @@
 """A robot that meets what its plan does not know: it waits, goes round, comes back, and says what it left out."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,8 +20,12 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Polygon
 from touchline.services.planner.collision.checker import MARGIN_M, CollisionChecker
+from touchline.services.planner.collision.ways_round import WaysRound
 from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.marking import transitions_of
 from touchline.services.planner.plan import plan
+from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.way_round.rest_request import with_margin
 from touchline.services.robot_sim.way_round.seen_things import SeenThings
@@ -168,6 +173,24 @@ def test_the_ground_of_the_robot_is_open_whatever_covers_it(hull: list[tuple[flo
     checker = CollisionChecker.of(FIELD.model_copy(update={"obstacles": (outline,)}), MARKER)
     assert checker is not None and not checker.touches([PathPose(*pose)])
     assert not checker.touches([PathPose(-1.0, 0.0, 0.0)]), "it can drive back"
+
+
+def test_a_thing_under_the_robot_is_no_outline() -> None:
+    thing = Polygon(id="something", corners=((0.0, 0.0), (0.3, 0.0), (0.0, 0.3)))
+    assert with_margin([thing], (0.0, 0.0, 0.0), MARKER, 0.0, PASSING_BY.left_m) == ()
+
+
+@pytest.mark.parametrize("corner", [(0.75, 0.33), (0.15, -0.5), (-0.35, 0.33)])
+def test_the_map_of_the_planner_has_the_standing_robot(corner: tuple[float, float]) -> None:
+    (x, y), side = corner, math.copysign(1.0, corner[1])
+    thing = [(x, y + 0.3 * side), (x + 0.3, y + 0.3 * side), (x + 0.3, y)] if x > 0.0 else [(x, y + 0.3), (x - 0.3, y)]
+    far = (x + math.copysign(2.0, x), y + 2.0 * side)
+    start = CurveEnd(PathPose(0.0, 0.0, 0.0), 0.0, 0.0)
+    outlines = with_margin([Polygon(id="thing", corners=(*thing, far))], start.pose, MARKER, 0.9, PASSING_BY.left_m)
+    checker = CollisionChecker.of(FIELD.model_copy(update={"obstacles": outlines}), MARKER)
+    assert checker is not None
+    transitions = transitions_of(MARKER, PlanOptions(), Limits.of(MARKER, PlanOptions()))
+    assert WaysRound(checker, [(0.0, 0.0)], transitions).leaves(start)
 
 
 def test_a_plan_from_where_the_robot_touches_something_is_refused_at_once() -> None:

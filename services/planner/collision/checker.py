@@ -140,9 +140,11 @@ def first_touch(
 @kernel
 def _choose_near(poses: Floats, edges: Floats, far: float, near: Ints) -> int:
     """Write the numbers of the edges that may be within `far` of one of the poses, in order; return how many."""
-    west, south = poses[:, 0].min() - far, poses[:, 1].min() - far
-    east, north = poses[:, 0].max() + far, poses[:, 1].max() + far
-    count = 0
+    # Numba's `min` of a column needs a part of Numba, without which no code can be kept.
+    west, south, east, north, count = math.inf, math.inf, -math.inf, -math.inf, 0
+    for p in range(len(poses)):
+        west, south = min(west, poses[p, 0] - far), min(south, poses[p, 1] - far)
+        east, north = max(east, poses[p, 0] + far), max(north, poses[p, 1] + far)
     for e in range(len(edges)):
         x, y, other_x, other_y = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
         beside = max(x, other_x) < west or min(x, other_x) > east

@@ -62,10 +62,15 @@ class ClosedEnds:
         """Return whether nothing leads over a via pose from a start to a goal."""
         return start in self.to_leave or goal in self.to_reach
 
-    def learn(self, start: CurveEnd, goal: CurveEnd, backing: "_Backings") -> None:
-        """Note ends between which there is no detour; each by how it can itself be backed, not by its partner."""
+    def learn(self, start: CurveEnd, goal: CurveEnd, backing: "_Backings", ways: WaysRound | None) -> None:
+        """Note ends between which there is no detour; each by how it can itself be backed, not by its partner.
+
+        A standing start on the map is not closed: the map may have a way to another goal, as straight on, where no via
+        pose lies.
+        """
         out, into = backing.get((FAR_BACKED_M[0], 0.0)), backing.get((0.0, FAR_BACKED_M[1]))
-        if start in self.to_leave and (out is None or out.leaving in self.to_leave):
+        on_map = ways is not None and start.speed_mps == 0.0 and ways.leaves(start)
+        if start in self.to_leave and not on_map and (out is None or out.leaving in self.to_leave):
             self.for_good[0].add(start)
         if goal in self.to_reach and (into is None or into.reaching in self.to_reach):
             self.for_good[1].add(goal)
@@ -128,7 +133,7 @@ def detours(
             offered += 1
             yield far.whole(transition)
     if not offered:
-        closed.learn(start, goal, backing)
+        closed.learn(start, goal, backing, ways)
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Final
 
+import numpy as np
 import shapely
 
 from touchline.core.robust_overlay import as_area
@@ -20,6 +21,8 @@ from touchline.services.planner.transitions.transitions import REVERSING, Transi
 
 OFF_M: Final = MARGIN_M + 0.002
 """Distance of the body from outlines: what the checker asks for, and the error of tight turns."""
+ASIDE_M: Final = 0.25 * np.arange(1, 21)
+"""Distances ahead and behind at which a robot that has no room to turn where it stands looks for it."""
 
 
 class WaysRound:
@@ -50,14 +53,22 @@ class WaysRound:
         corners = [(x, y) for x, y in checker.body.tolist()]
         return GroundWays(ground, corners, OFF_M, backs=REVERSING in self._transitions.standing, thorough=False)
 
+    def leaves(self, start: CurveEnd) -> bool:
+        """Return whether there is room to stand straight behind a painted curve.
+
+        Args:
+            start: End of the curve.
+        """
+        return self._ways.body.stands_free(self._beside(start, 1))
+
     def knows(self, start: CurveEnd, goal: CurveEnd) -> bool:
-        """Return whether there is room to stand straight behind the start and before the goal: else nothing is known.
+        """Return whether there is room to stand behind the start and before the goal: else nothing is known.
 
         Args:
             start: End of the last painted curve.
             goal: Beginning of the next one.
         """
-        return all(self._ways.body.stands_free(pose) for pose in (self._beside(start, 1), self._beside(goal, -1)))
+        return self.leaves(start) and self._ways.body.stands_free(self._beside(goal, -1))
 
     def between(self, start: CurveEnd, goal: CurveEnd) -> Transition | None:
         """Find a short way; None if the map has none.
@@ -66,15 +77,42 @@ class WaysRound:
             start: End of the last painted curve.
             goal: Beginning of the next one.
         """
-        ways, ends = self._ways, (self._beside(start, 1), self._beside(goal, -1))
+        ends = self._beside(start, 1), self._beside(goal, -1)
+        if found := self._quickest(start, goal, *ends):
+            return found
+        aside = self._aside(ends[0]) if start.speed_mps == 0.0 else ()
+        return next((way for leaving in aside if (way := self._quickest(start, goal, leaving, ends[1]))), None)
+
+    def _quickest(self, start: CurveEnd, goal: CurveEnd, leaving: PathPose, reaching: PathPose) -> Transition | None:
+        """Find the quicker way with and without room at corners; the first standstill is straight ahead or behind."""
+        ways = self._ways
         out, into = (Piece(self._room_m(end), end.curvature_1pm) for end in (start, goal))
+        aside = _straight(self._beside(start, 1), leaving)
         speeds = [self._transitions.speed_mps(end) for end in (start, goal)]
         found = list[Transition]()
-        for legs in (ways.coarse_legs(*ends), ways.roomy_legs(*ends)):
+        for legs in (ways.coarse_legs(leaving, reaching), ways.roomy_legs(leaving, reaching)):
             if legs is not None:
-                pieces = joined((out, *rounded(legs, self._turns, ways.body).pieces, into))
+                driven = rounded(legs, self._turns, ways.body).pieces
+                pieces = joined((out, aside, *driven, into))
                 found.append(Transition(self._transitions.seconds(pieces, *speeds), PiecePath(start.pose, pieces)))
         return min(found, key=lambda each: each.seconds, default=None)
+
+    def _aside(self, pose: PathPose) -> Iterator[PathPose]:
+        """Nearest standstills with room to turn straight ahead of one without and behind it, if the body gets there."""
+        body = self._ways.body
+        for sense in () if self._turns_round(pose) else body.senses:
+            for by_m in (sense * ASIDE_M).tolist():
+                moved = pose.moved(complex(by_m), 0.0)
+                if not body.sweeps(np.array((pose, moved)), 0.0):
+                    break
+                if self._turns_round(moved):
+                    yield moved
+                    break
+
+    def _turns_round(self, pose: PathPose) -> bool:
+        """Return whether the body has room to turn all round at a pose."""
+        body = self._ways.body
+        return bool(body.off_walls(np.array((pose[:2],)), 2.0 * body.reach_m)[0] > body.reach_m)
 
     def _beside(self, end: CurveEnd, ahead: int) -> PathPose:
         """Standstill on an extension of a curve."""
@@ -83,3 +121,9 @@ class WaysRound:
 
     def _room_m(self, end: CurveEnd) -> float:
         return self._transitions.room_m((self._transitions.speed_mps(end),))
+
+
+def _straight(begin: PathPose, end: PathPose) -> Piece:
+    """Straight from one pose to another ahead of it or behind it."""
+    by_m = end.seen_from(begin)[0].real
+    return Piece(abs(by_m), direction=1 if by_m >= 0.0 else -1)

@@ -80,6 +80,10 @@ class Remains(Protocol):
     def reasons_left(self) -> set[str]:
         """Reasons of what was left out and is still undone."""
 
+    @property
+    def unexplained(self) -> bool:
+        """True if there is undone work most of which was not left out for any reason."""
+
     def enter(self, trajectory: Trajectory, painted: PaintBelief, reached_m: float) -> None:
         """Enter the work of a drive.
 
@@ -111,6 +115,22 @@ class Remains(Protocol):
             trajectory: The plan.
             stretches: Stretches of lines that it leaves out.
         """
+
+    def skip(self, trajectory: Trajectory, reached_m: float, place: tuple[float, float], reason: str) -> bool:
+        """Leave out, until `retry`, the beginning of what the robot is about to paint, if that is near.
+
+        Args:
+            trajectory: Its plan.
+            reached_m: Arc length up to which the robot has driven it.
+            place: x (m) and y (m) of the robot.
+            reason: The reason.
+
+        Returns:
+            True if something is left out.
+        """
+
+    def retry(self) -> None:
+        """Put what was skipped among the rest again."""
 
     def give_reason(self, reason: str) -> None:
         """Give a reason for all that is undone and has none."""

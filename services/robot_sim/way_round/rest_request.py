@@ -68,7 +68,7 @@ class RestRequest(NamedTuple):
 
 
 def with_margin(
-    seen: Sequence[Polygon], pose: Pose, vehicle: Vehicle, kept_m: float, left_m: float
+    seen: Sequence[Polygon], pose: Pose, vehicle: Vehicle, kept_m: float, left_m: float, farther_m: float = 0.0
 ) -> tuple[Polygon, ...]:
     """Return outlines with the distance that a robot keeps from them, without the ground on which it stands.
 
@@ -80,22 +80,23 @@ def with_margin(
         pose: x (m), y (m), heading (rad) of the standing robot, map frame.
         vehicle: The robot.
         kept_m: The distance.
-        left_m: Distance from the standing robot that is taken as free.
+        left_m: Distance from the standing robot that is taken as free; at its corners more, as on the planner's map.
+        farther_m: Distance by which it keeps farther off near it than at present.
     """
     import shapely
 
     body, found = body_at(pose, vehicle), list[Polygon]()
-    room, near = buffer(body, left_m), buffer(body, NEAR_M)
+    room, near = buffer(body, left_m, join_style="mitre"), buffer(body, NEAR_M)
     for each in seen:
         shape = shapely.Polygon(each.corners)
-        least_m = min(max(float(shape.distance(body)) - left_m, 0.0), kept_m)
+        least_m = min(max(float(shape.distance(body)) - left_m, 0.0) + farther_m, kept_m)
         beyond = difference(shapely.Polygon(grown(each.id, shape, kept_m).corners), near)
         kept = union_of_two(buffer(shape, least_m, quad_segs=4), beyond)
         outline = as_area(difference(kept, room))
         if any(part.interiors for part in shapely.get_parts(outline)):
             outline = as_area(difference(kept, _way_back(room, pose, kept.length)))
         parts = shapely.get_parts(outline)
-        if len(parts):
+        if not outline.is_empty:
             main = shapely.simplify(min(parts, key=lambda part: float(part.distance(shape))), SIMPLER_M)
             corners = shapely.get_coordinates(main.exterior)[:-1].tolist()
             found.append(Polygon(id=each.id, corners=tuple((x, y) for x, y in corners)))

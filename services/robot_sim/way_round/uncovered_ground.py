@@ -190,6 +190,18 @@ class UncoveredGround:
             for part in shapely.get_parts(as_area(difference(piece.polygon, swept)))
         )
 
+    @property
+    def unexplained(self) -> bool:
+        """See `Remains`."""
+        return any(not patch.outline for patch in self.undone.patches)
+
+    def skip(self, trajectory: Trajectory, reached_m: float, place: tuple[float, float], reason: str) -> bool:
+        """See `Remains`; nothing is skipped."""
+        return False
+
+    def retry(self) -> None:
+        """See `Remains`; nothing is skipped."""
+
     def give_reason(self, reason: str) -> None:
         """See `Remains`."""
         noted = union([self.covered, *(each.ground for each in self.notes if each.reason)])

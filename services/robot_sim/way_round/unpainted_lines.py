@@ -1,8 +1,8 @@
 """Parts of a template's lines that a robot has not painted, by its own paint record of one drive after another."""
 
 import math
-from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -21,8 +21,14 @@ from touchline.services.robot_sim.way_round.remains import PLAN, Clearances, Lef
 
 PASSING_BY: Final = Clearances(left_m=0.03, far_side_m=0.0)
 """Clearances of a robot that passes things on the side that it sees; plans keep less than `left_m` from outlines."""
+BEFORE_M: Final = 0.5
+SKIPPED_M: Final = 1.0
+"""Parts of a line before and beyond the place that a robot has reached, or comes to next, which are skipped at once."""
+NEXT_M: Final = 3.0
+"""Distance from the robot within which it is about to paint what comes next."""
 CLOSED_M: Final = 1e-6
 """Distance of the ends of a circle."""
+Span = tuple[float, float]
 
 
 class Gap(NamedTuple):
@@ -60,6 +66,7 @@ class UnpaintedLines:
         """Begin with no paint at all."""
         self._lines = {segment.id: segment for segment in self.template.segments}
         self._painted = {name: Intervals() for name in self._lines}
+        self._skipped = {name: Intervals() for name in self._lines}
 
     def enter(self, trajectory: Trajectory, painted: PaintBelief, reached_m: float) -> None:
         """See `Remains`; the paint record tells what is painted."""
@@ -80,10 +87,8 @@ class UnpaintedLines:
 
     def _add(self, line: TemplateSegment, stroke: Curve, share: float) -> None:
         """Enter the first share of a stroke, driven along its line or against it."""
-        curve, painted_m = line.curve(), share * stroke.length_m
-        from_m = station_m(curve, stroke.x_m, stroke.y_m)
-        along = math.cos(stroke.heading_rad - float(curve.at(from_m)[2])) > 0.0
-        low_m, high_m = (from_m, from_m + painted_m) if along else (from_m - painted_m, from_m)
+        curve = line.curve()
+        low_m, high_m = _stations_m(curve, replace(stroke, length_m=share * stroke.length_m))
         spans = self._painted[line.id]
         spans.add(min(max(low_m, 0.0), curve.length_m), max(min(high_m, curve.length_m), 0.0))
         x, y, _ = curve.end
@@ -122,10 +127,16 @@ class UnpaintedLines:
 
     def gaps(self) -> list[Gap]:
         """Return all unpainted parts with the reason that explains most of each."""
+        return self._gaps_beside({})
+
+    def _gaps_beside(self, others: Mapping[str, Sequence[Span]]) -> list[Gap]:
+        """Return all parts that are neither painted nor among others of their line, as `gaps`."""
         return [
             Gap(name, from_m, to_m, self._reason(name, from_m, to_m))
             for name, line in self._lines.items()
-            for from_m, to_m in gaps_between(self._painted[name].spans(), line.curve().length_m)
+            for from_m, to_m in gaps_between(
+                [*self._painted[name].spans(), *others.get(name, ())], line.curve().length_m
+            )
         ]
 
     @property
@@ -169,6 +180,39 @@ class UnpaintedLines:
                 found, most_m = each.reason, shared_m
         return found
 
+    @property
+    def unexplained(self) -> bool:
+        """See `Remains`; more than half of a gap."""
+        noted = {name: [each[1:3] for each in self.reasons if each.line_id == name] for name in self._lines}
+        rest = self._gaps_beside(noted)
+        for gap in self.gaps():
+            parts = (each for each in rest if each.line_id == gap.line_id and gap.from_m <= each.from_m < gap.to_m)
+            if sum(each.to_m - each.from_m for each in parts) > 0.5 * (gap.to_m - gap.from_m):
+                return True
+        return False
+
+    def skip(self, trajectory: Trajectory, reached_m: float, place: tuple[float, float], reason: str) -> bool:
+        """See `Remains`."""
+        at_m = 0.0
+        for segment in trajectory.path.segments:
+            length_m, line = segment_length_m(segment), self._line_of(segment.id)
+            if line is not None and at_m + length_m > reached_m + DONE_M:
+                next_m = max(reached_m - at_m, 0.0)
+                first_m, last_m = max(next_m - BEFORE_M, 0.0), min(next_m + SKIPPED_M, length_m)
+                stroke = nozzle_curve(segment, first_m, last_m, self.vehicle)
+                if math.dist((stroke.x_m, stroke.y_m), place) > NEXT_M:
+                    return False
+                low_m, high_m = _stations_m(line.curve(), stroke)
+                self._skipped[line.id].add(low_m, high_m)
+                self.reasons.append(Gap(line.id, low_m, high_m, reason))
+                return True
+            at_m += length_m
+        return False
+
+    def retry(self) -> None:
+        """See `Remains`."""
+        self._skipped = {name: Intervals() for name in self._lines}
+
     def give_reason(self, reason: str) -> None:
         """See `Remains`."""
         self.reasons += [gap._replace(reason=reason) for gap in self.gaps() if not gap.reason]
@@ -179,7 +223,8 @@ class UnpaintedLines:
 
     def rest(self, without: Collection[str], seen: Sequence[Polygon]) -> Rest | None:
         """See `Remains`; each gap has an overlap at its joints, and keeps the id of its line if it is the only one."""
-        wanted = [gap for gap in self.gaps() if gap.reason not in without]
+        unskipped = self._gaps_beside({name: spans.spans() for name, spans in self._skipped.items()})
+        wanted = [gap for gap in unskipped if gap.reason not in without]
         if not wanted:
             return None
         segments = list[TemplateSegment]()
@@ -213,6 +258,13 @@ def painted_lines(template: Template, gaps: Sequence[LeftOutStretch]) -> Templat
 def _within(gap: Gap, name: str, begin_m: float, length_m: float) -> bool:
     """Return whether the middle of a gap lies in a part of a line."""
     return gap.line_id == name and begin_m <= 0.5 * (gap.from_m + gap.to_m) <= begin_m + length_m
+
+
+def _stations_m(curve: Curve, stroke: Curve) -> tuple[float, float]:
+    """Return the ends of a stroke, driven along a line or against it, along the line (m), the lower one first."""
+    from_m = station_m(curve, stroke.x_m, stroke.y_m)
+    along = math.cos(stroke.heading_rad - float(curve.at(from_m)[2])) > 0.0
+    return (from_m, from_m + stroke.length_m) if along else (from_m - stroke.length_m, from_m)
 
 
 def station_m(curve: Curve, x_m: float, y_m: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Final, NamedTuple
@@ -10,6 +11,8 @@ import numpy as np
 
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.onboard.perception.perception import lidars_of
+from touchline.onboard.protection.protector import Blocked
+from touchline.schemas.errors import NOTHING_REACHED
 from touchline.schemas.line_parts import DONE_M
 from touchline.schemas.messages import LeftOutStretch, Time, Trajectory, TraversalStatus
 from touchline.schemas.messages import WayRound as Said
@@ -29,16 +32,31 @@ from touchline.services.robot_sim.way_round.waiting import PATIENT, Waiting, Wai
 
 AGAIN_TICKS: Final = 10 * TICKS_PER_S
 """Ticks after which a way round is searched again where there was none, or where the last one was blocked at once."""
+LONGEST_TICKS: Final = 80 * TICKS_PER_S
+"""Longest wait for that: it is twice as long after each search without a way."""
+MOST_REFUSALS: Final = 4
+"""Searches without a way in a row, before something that does not move, after which the job ends with the next one."""
+CHANGED_M: Final = 0.5
+"""Distance of what is in the way from where it was at each search from which the next one is not put off."""
 ADVANCED_M: Final = 0.3
 """Way on a drive up to which it counts as blocked at once."""
 REST_LEFT_OUT: Final = "what was left out cannot be reached"
 """Reason for which the robot itself ends a job that is done but for that."""
+NO_WAY_ON: Final = "finds no way on"
+"""Reason for which it ends one of which there remains what it has not tried to reach."""
 SOON_S: Final = 1.0
 """Change of the time at which it goes round up to which that is not reported."""
+SKIPPED_AFTER: Final = 3
+"""Ways round without new work that end where an earlier one did, after which the next part of a line is skipped;"""
 MOST_IN_VAIN: Final = 4
-"""Ways round in a row without new work, after which the job ends without the rest."""
+"""and after which the job ends, if there is none."""
+MOST_WITHOUT_WORK: Final = 20
+"""Ways round in a row without new work, wherever they end, after which it ends, too."""
+SAME_PLACE_M: Final = 1.0
+"""Distance of places at which ways round end up to which they count as the same."""
 WIDER_M: Final = 0.2
-"""Distance by which the robot keeps farther off things after each."""
+NEAR_WIDER_M: Final = 0.05
+"""Distances by which the robot keeps farther off things after each, and off those beside which it stands."""
 
 
 def goes_round(vehicle: Vehicle, template: Template | None) -> bool:
@@ -99,10 +117,11 @@ class WayRoundJob:
         self.remains.note_plan(trajectory)
         known = [*([template.boundary] if template.boundary else []), *template.obstacles]
         self._for_good = {OPERATOR, PLAN, *(outline.id for outline in known)}
-        self._search_tick, self._in_vain, self._work_done, self._refused = 0, 0, 0.0, 0
+        self._search_tick, self._in_vain, self._work_done, self._stops = 0, 0, 0.0, list[tuple[float, float]]()
+        self._refusals, self._refused_tick, self._refused_at = 0, 0, list[tuple[float, float]]()
         self.over = self.finished = self._returning = self._breaks_off = False
         self._order = WaitingOrder.GO_ROUND
-        self._drives, self._passed = 1, tuple[str, ...]()
+        self._drives, self._counted, self._passed = 1, 0, tuple[str, ...]()
         self._said, self._warned = Said(), ""
         self._say(Said.DRIVES)
 
@@ -121,6 +140,7 @@ class WayRoundJob:
             return False
         blocked = onboard.blocked
         order = self._waiting.look(emulator.tick_count, blocked, attended=attended)
+        self._watch_for_change(blocked if self.waits else None)
         if not self.waits:
             if (self._said.state, self._said.things) != (Said.DRIVES, self._passed):
                 self._say(Said.DRIVES, self._passed)
@@ -130,10 +150,27 @@ class WayRoundJob:
         if self._said.state != Said.FINDS_NO_WAY or emulator.tick_count >= self._search_tick:
             until_tick = 0 if blocked.too_near else self._waiting.until_tick(attended=attended)
             self._say(Said.WAITS, self._in_the_way, until_tick)
+        else:
+            self._say(Said.FINDS_NO_WAY, self._said.things, self._search_tick)
         if self._waiting.answer is None and self._drives > 1 and onboard.status.arc_length_m < ADVANCED_M:
             self._search_tick = max(self._search_tick, blocked.since_tick + AGAIN_TICKS)
         self._order = order or WaitingOrder.GO_ROUND
         return order is not None and self.may_search and not blocked.too_near
+
+    def _watch_for_change(self, blocked: Blocked | None) -> None:
+        """Put the next search off no longer if the way is free, something moves, or something else is in the way."""
+        if not self._refused_at:
+            return
+        moves = blocked is None or blocked.moving
+        if moves:
+            self._refusals = 0
+        elsewhere = blocked is not None and all(
+            math.dist(blocked.place_m, place) > CHANGED_M for place in self._refused_at
+        )
+        if blocked is not None and elsewhere:
+            self._refused_at.append(blocked.place_m)
+        if moves or elsewhere:
+            self._search_tick = min(self._search_tick, self._refused_tick + AGAIN_TICKS)
 
     @property
     def may_search(self) -> bool:
@@ -149,7 +186,7 @@ class WayRoundJob:
         """Take an operator's answer; return why it is refused, "" if it is not."""
         if self.over or not self.waits or self._emulator.onboard.state not in UNDER_WAY:
             return "the robot does not wait before anything"
-        self._waiting.answer, self._search_tick = order, self._emulator.tick_count
+        self._waiting.answer, self._search_tick, self._refusals = order, self._emulator.tick_count, 0
         return ""
 
     def rest(self) -> RestRequest | None:
@@ -161,17 +198,39 @@ class WayRoundJob:
         """Return the draft of a request, for `request` once its rest is worked out; None if it were in vain."""
         onboard, vehicle = self._emulator.onboard, self._emulator.vehicle
         self._enter()
-        if self._in_vain >= MOST_IN_VAIN:
+        self._count_stop()
+        if self._goes_in_vain:
             return None
         pose, kept_m = onboard.estimate[:3], passing_m(vehicle, onboard.protection.braking_mps2)
         kept_m += self.remains.clearances.far_side_m + WIDER_M * self._in_vain
         things = self._seen.look(onboard, self.remains.template.obstacles)
-        seen = with_margin(things, pose, vehicle, kept_m, self.remains.clearances.left_m)
+        near_m = NEAR_WIDER_M * self._in_vain
+        seen = with_margin(things, pose, vehicle, kept_m, self.remains.clearances.left_m, near_m)
         if not self.remains.template.areas:  # of areas, plans keep off by themselves
             known = self.remains.template.obstacles
             seen += with_margin(known, pose, vehicle, standing_clearance_m(vehicle), self.remains.clearances.left_m)
         names = _names(thing_in_the_way(onboard, things))
         return RestDraft(pose, seen, names, partial(self.remains.rest, self._for_good, seen))
+
+    def _count_stop(self) -> None:
+        """Count a stop under way, once, if the drive before it was in vain; skip the next part of a line after some.
+
+        A plan leads to that, but protection does not let the robot.
+        """
+        onboard = self._emulator.onboard
+        if self._counted == self._drives or onboard.state not in UNDER_WAY:
+            return
+        work_done = self.remains.done
+        if work_done > self._work_done + DONE_M:
+            self._in_vain, self._stops = 0, []
+        x, y = onboard.estimate[:2]
+        self._in_vain += any(math.dist((x, y), place) < SAME_PLACE_M for place in self._stops)
+        self._stops.append((x, y))
+        self._work_done, self._counted = work_done, self._drives
+        if self._in_vain >= SKIPPED_AFTER:
+            names = _listed(self._in_the_way)
+            if self.remains.skip(self._trajectory, onboard.status.arc_length_m, (x, y), names):
+                self._in_vain, self._stops = 0, []
 
     def request(self, draft: RestDraft, rest: Rest | None) -> RestRequest | None:
         """Return the request of a draft; None if nothing remains.
@@ -189,27 +248,61 @@ class WayRoundJob:
         options = self._options.model_copy(update={"start": start, "obstructed": "", "margin_m": margin_m})
         return RestRequest(rest, draft.seen, options)
 
-    def finds_no_way(self, reason: str) -> str:
+    def finds_no_way(self, reason: str, *, searched: bool = True) -> str:
         """Note that there is no plan of the rest; return the reason to abort the drive with, "" to wait on.
 
-        The robot waits on and searches again later; but one that has come back for the rest ends its job, as does one
-        that stands between two drives and has searched several times.
+        The robot waits on and searches again later. If there is no work within reach of all that it remembers, it comes
+        back for it, and ends its job once there is none within reach of what it sees then. It ends it, too, after some
+        searches in a row.
+
+        Args:
+            reason: Why there is none.
+            searched: True if the planner has searched one, or the robot stands between two drives.
         """
-        self._refused = self._refused + 1 if self._breaks_off else 0
-        if self._returning or self._refused > MOST_IN_VAIN:
-            self.remains.give_reason(_listed(self._said.things))
-            self._end(f"{REST_LEFT_OUT}: {reason}")
-            return REST_LEFT_OUT if self._emulator.onboard.state in UNDER_WAY else ""
-        self._search_tick, self._waiting.answer = self._emulator.tick_count + AGAIN_TICKS, None
-        names = self._said.things
-        warning = f"finds no way round {_listed(names)}, and waits: {reason}"
-        self._say(Said.FINDS_NO_WAY, names, warning="" if warning == self._warned else warning)
-        self._warned = warning
+        under_way, nothing = self._emulator.onboard.state in UNDER_WAY, NOTHING_REACHED in reason
+        if nothing and not self._returning:
+            return self._comes_back_now()
+        self._refusals += searched or self._breaks_off
+        if (self._returning and (nothing or not (under_way or self._breaks_off))) or self._refusals > MOST_REFUSALS:
+            self._enter()
+            if nothing:
+                self.remains.give_reason(_listed(self._said.things))
+            return self._gives_up(reason)
+        self._wait_for_way(reason)
         return ""
 
+    def _wait_for_way(self, reason: str) -> None:
+        """Note when a way is searched again, the later the more often there was none."""
+        self._refused_tick, self._waiting.answer = self._emulator.tick_count, None
+        wait_ticks = min(AGAIN_TICKS * 2 ** max(self._refusals - 1, 0), LONGEST_TICKS)
+        self._search_tick = self._refused_tick + wait_ticks
+        if self._refusals <= 1:
+            self._refused_at = []
+        if (blocked := self._emulator.onboard.blocked) is not None:
+            self._refused_at.append(blocked.place_m)
+        names = self._said.things
+        warning = f"finds no way round {_listed(names)}, and waits: {reason}"
+        self._say(Said.FINDS_NO_WAY, names, self._search_tick, "" if warning == self._warned else warning)
+        self._warned = warning
+
+    def _gives_up(self, why: str) -> str:
+        """End the job without the rest; return the reason to abort the drive with."""
+        unexplained = self.remains.unexplained
+        self._end(f"{NO_WAY_ON if unexplained else REST_LEFT_OUT}: {why}")
+        return f"{NO_WAY_ON}: {why}" if unexplained else REST_LEFT_OUT
+
+    @property
+    def _goes_in_vain(self) -> bool:
+        """True if ways round do not lead to new work."""
+        return self._in_vain >= MOST_IN_VAIN or len(self._stops) >= MOST_WITHOUT_WORK
+
     def nothing_remains(self) -> str:
-        """Note that the rest is left out for good; return the reason to abort the drive with."""
+        """Note that the rest is left out; return the reason to abort the drive with, "" to come back for it at once."""
+        if self._goes_in_vain:
+            return self._gives_up(f"{len(self._stops)} ways round without new work, before {_listed(self._in_the_way)}")
         if self._emulator.onboard.state != TraversalStatus.DONE:
+            if self._comes_back:
+                return self._comes_back_now()
             self.remains.give_reason(_listed(self._in_the_way))
         self._end()
         return REST_LEFT_OUT
@@ -226,9 +319,7 @@ class WayRoundJob:
         self.remains.note(request.rest, request.seen, trajectory, left_out)
         if self._order is WaitingOrder.LEAVE_OUT:
             self.remains.leave_out({each.id for each in request.seen} - self._for_good, OPERATOR)
-        work_done = self.remains.done
-        self._in_vain = 0 if work_done > self._work_done + DONE_M else self._in_vain + 1
-        self._work_done, self._passed, self._breaks_off = work_done, names, True
+        self._passed, self._breaks_off = names, True
         self._say(Said.PLANS, names)
         return going_round(names)
 
@@ -249,15 +340,27 @@ class WayRoundJob:
             self.cancel()
         elif not self.over and self._comes_back:
             self._returning, self._passed = True, ()
-            self._seen.forget()
+            self._forget()
             if (draft := self.draft()) is not None:
                 return draft
         self._end()
         return None
 
+    def _comes_back_now(self) -> str:
+        """Come back for what was left out with the next search, which is due."""
+        self._returning, self._search_tick = True, self._emulator.tick_count
+        self._forget()
+        return ""
+
+    def _forget(self) -> None:
+        """Forget what is not seen now, and what was skipped."""
+        self._seen.forget()
+        self.remains.retry()
+
     def drives_on(self, trajectory: Trajectory) -> None:
         """Note that the robot has taken the next plan."""
-        self._trajectory, self._breaks_off, self._refused = trajectory, False, 0
+        self._trajectory, self._breaks_off = trajectory, False
+        self._refusals, self._refused_at = 0, []
         self._drives += 1
         self._say(Said.DRIVES, self._passed)
 

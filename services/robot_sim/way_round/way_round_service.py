@@ -180,8 +180,11 @@ class WayRoundService:
         self._question, request = None, self._request
         assert request is not None, "it was asked for"
         planned = plan_response(answer)
-        if isinstance(planned, str) or not planned.success:
-            self._fail(job, planned if isinstance(planned, str) else planned.message)
+        if isinstance(planned, str):
+            self._fail(job, planned, searched=False)
+            return
+        if not planned.success:
+            self._fail(job, planned.message)
             return
         self._left_out = planned.report.left_out
         load = m.LoadRequest(
@@ -223,9 +226,9 @@ class WayRoundService:
             self._taking = False
         self._told()
 
-    def _fail(self, job: WayRoundJob, reason: str) -> None:
+    def _fail(self, job: WayRoundJob, reason: str, *, searched: bool = True) -> None:
         self._forget()
-        if why := job.finds_no_way(reason):
+        if (why := job.finds_no_way(reason, searched=searched)) and self._emulator.onboard.state in UNDER_WAY:
             self._abort(why)
 
     def _abort(self, why: str) -> None:

@@ -65,6 +65,7 @@ PART_OF: Final[Mapping[str, str]] = {
     topics.PAUSE_STATUS.name: EXECUTIVE,
     topics.ABOUT_TO_MOVE.name: EXECUTIVE,
     topics.WHEREABOUTS.name: EXECUTIVE,
+    topics.PLAN_STATE.name: EXECUTIVE,
     topics.EVENTS.name: EXECUTIVE,
     topics.PAINT.name: PAINT,
     topics.TRUE_COVERAGE.name: PAINT,

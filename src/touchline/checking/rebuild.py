@@ -60,7 +60,7 @@ class Rebuild:
         self.refused: list[str] = []
         emulator = self._emulator
         self._orders: Mapping[str, Callable[[Mapping[str, Any]], object]] = {
-            "begin-guided": lambda _: emulator.begin_guided(),
+            "begin-guided": lambda details: emulator.begin_guided(plans=bool(details.get("plans"))),
             "guidance": lambda details: emulator.take_guidance(Guidance.model_validate(details)),
             "start": lambda _: emulator.start(),
             "pause": lambda _: emulator.pause(),

@@ -7,6 +7,10 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
+            "A robot of a team whose wheels cannot both brake and turn as asked brakes first: it could leave its cell "
+            "by 3 cm, and touch a wall."
+        ),
+        (
             "Lines that obstacles hide from each other are reached over a map of the ground by a robot that turns on "
             "the spot; most plans among many obstacles take less time."
         ),

@@ -100,8 +100,6 @@ def simulate(
 
     check_recordable(record)
     chosen = choice.chosen(robots, seed)
-    if record is not None and chosen.avoid == "plans":
-        raise SpecError("team", "avoid", "is plans, which are not recorded yet", "leave out --record, or use cells")
     with progress_bar("Team") as advance:
         watch = Stopwatch()
         with PayloadRecorder(record, (*chosen.names, TEAM_NAMESPACE)) as recorder, without_collecting():
@@ -136,7 +134,6 @@ def run(
 
     check_recordable(record)
     chosen = choice.chosen(robots, seed)
-    chosen.check_on_bus()
     places = start_poses(chosen, free_area(chosen))
     setups = {name: chosen.setup(name, places[name]) for name in chosen.names}
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder, progress_bar("Team") as advance:

@@ -7,14 +7,15 @@ from typing import Annotated, Any, Literal
 import typer
 
 from touchline.cli.choices import VehicleChoice, VehicleOption
+from touchline.coordination.algorithms.algorithm_loading import absolute
 from touchline.schemas.errors import SpecError
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
 from touchline.schemas.spec import EVERY_FIELD, parse, read_text
-from touchline.schemas.team import LOSSY_LEASE_S, TeamScenario
+from touchline.schemas.team import LOSSY_LEASE_S, MOST_ROBOTS, TeamScenario
 from touchline.schemas.vehicles.shipped import on_its_ground, with_its_own
 
-Avoid = Literal["cells", "plans", "none"]
+Avoid = Literal["cells", "plans", "barriers", "none"]
 Heading = Literal["bearing", "free"]
 
 
@@ -29,13 +30,17 @@ class TeamChoice:
     task: Annotated[
         str | None, typer.Option(metavar="KIND", help="Task: deploy (default) or swap; others in a --team file.")
     ] = None
+    algorithm: Annotated[
+        str | None,
+        typer.Option(metavar="NAME|FILE.py:NAME", help="Algorithm that decides where robots drive (default: by task)."),
+    ] = None
     vehicle: VehicleOption = None
     noise: Annotated[
         Noise | None, typer.Option(metavar="NOISE", help="Sensor and actuator noise: default or none.")
     ] = None
     avoid: Annotated[
         Avoid | None,
-        typer.Option(metavar="HOW", help="Collision avoidance: cells (default), plans, or none, as in the study."),
+        typer.Option(metavar="HOW", help="Collision avoidance: cells (default), plans, barriers, or none."),
     ] = None
     path: Annotated[
         Heading | None,
@@ -70,6 +75,9 @@ class TeamChoice:
                 problem = f"is {self.task!r}"
                 raise SpecError("command line", "--task", problem, "give deploy or swap, or a task in a --team file")
             fields["task"] = {"kind": self.task}
+        if self.algorithm is not None:
+            options = {} if team.algorithm is None else team.algorithm.options
+            fields["algorithm"] = {"use": absolute(self.algorithm), "options": options}
         for name, value in {"avoid": self.avoid, "path": self.path, "duration_s": self.duration}.items():
             if value is not None:
                 fields[name] = value
@@ -102,7 +110,7 @@ def _parsed(fields: dict[str, Any]) -> TeamScenario:
 
 
 RobotsCountOption = Annotated[
-    int | None, typer.Option("--robots", metavar="N", help="Number of robots (default: 10).", min=1, max=256)
+    int | None, typer.Option("--robots", metavar="N", help="Number of robots (default: 10).", min=1, max=MOST_ROBOTS)
 ]
 SeedOption = Annotated[
     int | None, typer.Option("--seed", metavar="N", help="Seed of all noise and of the starts.", min=0, max=MAX_SEED)

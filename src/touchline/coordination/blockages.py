@@ -5,7 +5,6 @@ from typing import Final
 import numpy as np
 
 from touchline.coordination.coordination import Coordination
-from touchline.coordination.tasks import GoalLists
 
 LATELY_S: Final = 30.0
 """A robot sent round others within this time is still searching a path: it tries again and again."""
@@ -32,7 +31,7 @@ class Blockages:
     def of(self, name: str) -> str:
         """Return what blocks a robot; empty if unknown."""
         hub, task = self._coordination.hub, self._coordination.task
-        if hub is None or not isinstance(task, GoalLists):
+        if hub is None or task is None or not task.ends_on_arrival:
             return ""
         if name in hub.resting:
             return "it is silent"

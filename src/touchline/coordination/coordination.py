@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
 
+from touchline.coordination.algorithms.algorithm_task import AlgorithmTask, External, task_with_algorithm
 from touchline.coordination.body_contacts import body_radius_m
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.hub import Hub, TeamSettings
-from touchline.coordination.tasks import ARRIVED_M, GoalLists, TeamTask, task_of
+from touchline.coordination.plans.plan_hub import PlanHub, PlanSettings
+from touchline.coordination.plans.team_plan_limits import plan_limits
+from touchline.coordination.tasks import ARRIVED_M, TeamTask, task_of
 from touchline.schemas.errors import SpecError
-from touchline.schemas.messages import Guidance, TeamCell, Whereabouts
+from touchline.schemas.messages import Guidance, PlanState, TeamCell, Whereabouts
 from touchline.schemas.messages.team_messages import FIRST_CELL
 from touchline.schemas.team import TaskSpec, TeamScenario
+
+Reported = Whereabouts | PlanState
+"""Message of a robot to its coordinator."""
 
 RESTS_M: Final = 0.01
 """A robot that would stop within this distance stands, as far as an estimate can show."""
@@ -30,51 +37,71 @@ def settings_of(team: TeamScenario) -> TeamSettings:
     return TeamSettings(team.radius_m, wall_radius_m, drive.max_acceleration_mps2, drive.transit_speed_mps, lease_s)
 
 
+def plan_settings_of(team: TeamScenario) -> PlanSettings:
+    """Return the common settings of a scenario's robots, if they drive by plans."""
+    assert team.avoid != "cells", "it drives by plans"
+    return PlanSettings(
+        plan_limits(team),
+        team.vehicle.drive.motor_time_constant_s,
+        team.radius_m - body_radius_m(team.vehicle),
+        certain=team.links.lossless,
+        avoid=team.avoid,
+    )
+
+
 class Coordination:
     """Coordinator of a team, before and after it begins.
 
     Args:
         team: Task and settings.
         area: The area.
+        external: Makes the decider that asks other processes for wishes, where there is a bus.
 
     Attributes:
         hub: The hub, once the team has begun.
         task: The team's task, likewise.
     """
 
-    def __init__(self, team: TeamScenario, area: FreeArea) -> None:
-        self._team, self._area = team, area
-        self._first: dict[str, Whereabouts] = {}
+    def __init__(self, team: TeamScenario, area: FreeArea, external: External | None = None) -> None:
+        self._team, self._area, self._external = team, area, external
+        self._first: dict[str, Reported] = {}
         self._begun_s = math.inf
         self._out: set[str] = set()
-        self.hub: Hub | None = None
+        self.hub: Hub | PlanHub | None = None
         self.task: TeamTask | None = None
 
-    def hear(self, name: str, whereabouts: Whereabouts, now_s: float) -> None:
+    def hear(self, name: str, reported: Reported, now_s: float) -> None:
         """Take a robot's message; a standing one that is not in the team yet joins it.
 
         Args:
             name: Name of the robot.
-            whereabouts: Its message.
+            reported: Its message.
             now_s: Sim time.
         """
         if name in self._out:
             return
         if self.hub is None:
-            self._first[name] = whereabouts
-        elif name in self.hub.names and not self._begins_anew(self.hub, name, whereabouts):
-            self.hub.receive(name, whereabouts, now_s)
+            self._first[name] = reported
+        elif isinstance(self.hub, PlanHub):
+            if name in self.hub.names and isinstance(reported, PlanState):
+                self.hub.receive(name, reported, now_s)
+        elif isinstance(reported, Whereabouts):
+            self._hear_in_cell(self.hub, name, reported, now_s)
+
+    def _hear_in_cell(self, hub: Hub, name: str, whereabouts: Whereabouts, now_s: float) -> None:
+        if name in hub.names and not self._begins_anew(hub, name, whereabouts):
+            hub.receive(name, whereabouts, now_s)
         elif (
             _is_new(whereabouts)
             and math.hypot(whereabouts.stop_x_m - whereabouts.x_m, whereabouts.stop_y_m - whereabouts.y_m) < RESTS_M
         ):
-            if name in self.hub.names:
-                self.hub.leave(name)
-            self.hub.join(name, whereabouts, now_s)
+            if name in hub.names:
+                hub.leave(name)
+            hub.join(name, whereabouts, now_s)
 
     def remove(self, name: str) -> None:
         """Remove a robot that has been carried away: nobody keeps off it, and it is ignored until `admit`."""
-        if self.hub is not None and name in self.hub.names:
+        if isinstance(self.hub, Hub) and name in self.hub.names:
             self.hub.leave(name)
         self._out.add(name)
 
@@ -100,6 +127,8 @@ class Coordination:
         names = self.hub.names if self.hub is not None else ()
         if name not in names:
             raise SpecError("team", "robot", f"{name} is not in the team", f"use {', '.join(names) or 'it later'}")
+        if isinstance(self.hub, PlanHub):
+            raise SpecError("team", "robot", f"{name} has a plan among the others'", "stop the team, and begin anew")
         if len(names) == 1:
             raise SpecError("team", "robot", f"{name} is the only robot of the team", "stop the team")
         if self.hub is not None and not forced and name not in self.hub.resting:
@@ -124,10 +153,23 @@ class Coordination:
         if self.hub is None:
             if self.waits_for:
                 return
-            self.task = task_of(self._team.task, self._area, _places(self._first))
-            self.hub = Hub(self._area, self.task, self._first, now_s, settings_of(self._team))
+            self.task = self._task_of(self._team.task, _places(self._first))
+            self.hub = self._hub(self.task, now_s)
             self._begun_s = now_s
         self.hub.update(now_s)
+
+    def _hub(self, task: TeamTask, now_s: float) -> Hub | PlanHub:
+        """Return the hub that begins a task.
+
+        Raises:
+            TooNear: Robots stand too near to each other or to a wall.
+            SegmentsMeet: Two stand at the same place.
+        """
+        if self._team.by_plans:
+            states = {name: each for name, each in self._first.items() if isinstance(each, PlanState)}
+            return PlanHub(self._area, task, states, now_s, plan_settings_of(self._team))
+        places = {name: each for name, each in self._first.items() if isinstance(each, Whereabouts)}
+        return Hub(self._area, task, places, now_s, settings_of(self._team))
 
     def set_first_task(self, spec: TaskSpec) -> None:
         """Set the task that begins once all robots are localized."""
@@ -142,12 +184,27 @@ class Coordination:
         if self.hub is None:
             raise SpecError("team", "task", "comes before all robots know where they are", "send it again in a moment")
         places = dict(zip(self.hub.names, ((float(x), float(y)) for x, y in self.hub.places), strict=True))
-        self.task = task_of(spec, self._area, places)
+        self.task = self._task_of(spec, places)
         self.hub.set_task(self.task)
+
+    def _task_of(self, spec: TaskSpec, places: Mapping[str, tuple[float, float]]) -> TeamTask:
+        """Return a task, with the team's algorithm if it has one; the algorithm itself stays the same.
+
+        Raises:
+            SpecError: The task names an unknown robot, or the algorithm cannot be used.
+        """
+        given = task_of(spec, self._area, places)
+        if isinstance(self.task, AlgorithmTask):
+            return AlgorithmTask(self._team, self._area, given, self.task.decider)
+        return (
+            given
+            if self._team.algorithm is None
+            else task_with_algorithm(self._team, self._area, given, self._external)
+        )
 
     def arrived(self) -> list[str]:
         """Return the robots that believe to be at their last goals; empty if the task has none."""
-        if self.hub is None or not isinstance(self.task, GoalLists):
+        if self.hub is None or self.task is None or not self.task.ends_on_arrival:
             return []
         last = self.task.last
         at = zip(self.hub.names, self.hub.places, strict=True)
@@ -186,29 +243,29 @@ class Coordination:
         """Return the cells as they are published for observers."""
         if (hub := self.hub) is None:
             return []
-        guidance, goals, outside_cells_m = hub.guidance(), hub.goals, hub.outside_cells_m
+        guidance, goals, outside_m = hub.guidance(), hub.goals, hub.outside_m
         return [
             TeamCell(
                 name=name,
                 number=guidance[name].number,
-                x_m=cell.corners[:, 0],
-                y_m=cell.corners[:, 1],
+                x_m=corners[:, 0],
+                y_m=corners[:, 1],
                 goal_x_m=goals[name][0],
                 goal_y_m=goals[name][1],
                 target_x_m=guidance[name].target_x_m,
                 target_y_m=guidance[name].target_y_m,
-                outside_m=outside_cells_m[name],
+                outside_m=outside_m[name],
                 resting=name in hub.resting,
                 stuck=name in hub.stuck,
             )
-            for name, cell in hub.cells.items()
+            for name, corners in hub.corners.items()
         ]
 
 
-def _is_new(whereabouts: Whereabouts) -> bool:
+def _is_new(whereabouts: Reported) -> bool:
     """Return whether a robot is localized and has looked at no cell yet: only such a one can join."""
     return whereabouts.aligned and whereabouts.decided == FIRST_CELL
 
 
-def _places(whereabouts: dict[str, Whereabouts]) -> dict[str, tuple[float, float]]:
+def _places(whereabouts: dict[str, Reported]) -> dict[str, tuple[float, float]]:
     return {name: (each.x_m, each.y_m) for name, each in whereabouts.items()}

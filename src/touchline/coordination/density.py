@@ -4,6 +4,7 @@ A density that is uniform, or uniform over discs or over the squares of a raster
 polygon, so there is no quadrature, and no error but rounding.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -19,6 +20,10 @@ Floats = NDArray[np.float64]
 
 class Density(Protocol):
     """φ ≥ 0 over the area; 1/m² if its integral is to be dimensionless."""
+
+    def at(self, x_m: float, y_m: float) -> float:
+        """Return φ at a place (map frame)."""
+        ...
 
     def moments(self, parts: VoronoiParts, points: Floats) -> Floats:
         """Return moments of cells, each about its own point.
@@ -39,6 +44,10 @@ class EvenDensity:
 
     value: float = 1.0
 
+    def at(self, x_m: float, y_m: float) -> float:
+        """Return φ at a place, as of `Density`."""
+        return self.value
+
     def moments(self, parts: VoronoiParts, points: Floats) -> Floats:
         """Return moments of cells, as of `Density`."""
         found: Floats = even_moments(parts.corners, parts.counts, points, self.value)
@@ -56,6 +65,11 @@ class DiscDensity:
 
     discs: tuple[tuple[float, float, float, float], ...]
     value: float = 1.0
+
+    def at(self, x_m: float, y_m: float) -> float:
+        """Return φ at a place, as of `Density`."""
+        inside = (value for x, y, radius_m, value in self.discs if math.hypot(x_m - x, y_m - y) <= radius_m)
+        return self.value + sum(inside)
 
     def moments(self, parts: VoronoiParts, points: Floats) -> Floats:
         """Return moments of cells, as of `Density`."""
@@ -78,6 +92,13 @@ class RasterDensity:
     values: Floats
     pixel_m: float
     origin_m: tuple[float, float] = (0.0, 0.0)
+
+    def at(self, x_m: float, y_m: float) -> float:
+        """Return φ at a place, as of `Density`."""
+        column = math.floor((x_m - self.origin_m[0]) / self.pixel_m)
+        row = math.floor((y_m - self.origin_m[1]) / self.pixel_m)
+        rows, columns = self.values.shape
+        return float(self.values[row, column]) if 0 <= row < rows and 0 <= column < columns else 0.0
 
     def moments(self, parts: VoronoiParts, points: Floats) -> Floats:
         """Return moments of cells, as of `Density`."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from touchline.coordination.coordination import Coordination
+from touchline.coordination.coordination import Coordination, Reported
 from touchline.coordination.radio import Radio
-from touchline.schemas.messages import Guidance, Whereabouts
+from touchline.schemas.messages import Guidance
 from touchline.schemas.team import TeamScenario
 
 EXCHANGE_TICKS: Final = 10
@@ -29,7 +29,7 @@ class Exchange:
 
     def __init__(self, team: TeamScenario, coordination: Coordination) -> None:
         self._coordination, self._lossless = coordination, team.links.lossless
-        self._to_hub: Radio[Whereabouts] = Radio(team.links, team.world.seed, _TO_HUB)
+        self._to_hub: Radio[Reported] = Radio(team.links, team.world.seed, _TO_HUB)
         self._to_robots: Radio[Guidance] = Radio(team.links, team.world.seed, _TO_ROBOTS)
         self.update_ticks = round(100 * team.update_s)
         self.updated = False
@@ -39,22 +39,22 @@ class Exchange:
         """Ticks from one exchange to the next."""
         return self.update_ticks if self._lossless else EXCHANGE_TICKS
 
-    def at(self, tick: int, whereabouts: Mapping[str, Whereabouts]) -> dict[str, list[Guidance]]:
+    def at(self, tick: int, reported: Mapping[str, Reported]) -> dict[str, list[Guidance]]:
         """Pass messages to the coordinator, update if due, and return its messages.
 
         Args:
             tick: Sim time.
-            whereabouts: Message of each robot now; silent ones are left out.
+            reported: Message of each robot now; silent ones are left out.
 
         Returns:
             Guidance of each robot now, in order; robots without any are left out.
 
         Raises:
-            SegmentsMeet: A robot has not kept to its cell.
+            TouchlineError: A robot has not kept to its cell or plan.
         """
         coordination, now_s = self._coordination, tick / 100.0
-        for name in sorted(whereabouts):
-            self._to_hub.send(tick, name, whereabouts[name])
+        for name in sorted(reported):
+            self._to_hub.send(tick, name, reported[name])
         for name, message in self._to_hub.arrived(tick):
             coordination.hear(name, message, now_s)
         self.updated = tick % self.update_ticks == 0

@@ -32,6 +32,8 @@ why a simpler rule fails, by which each of two robots goes on to the newest plan
 
 from __future__ import annotations
 
+import cmath
+import math
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -43,6 +45,7 @@ from numpy.typing import NDArray
 from touchline.coordination.cell_targets import CellTargets
 from touchline.coordination.cells import ROBOT_RADIUS_M, BufferedCell, SegmentsMeet, within_area
 from touchline.coordination.free_area import FreeArea
+from touchline.coordination.interventions import Interventions
 from touchline.coordination.kernels.nearest import nearest_in
 from touchline.coordination.kernels.partition import least_apart_m
 from touchline.coordination.resting_robots import strip_off, where_it_rests
@@ -55,6 +58,8 @@ Floats = NDArray[np.float64]
 
 SILENT_S: Final = 1.0
 CELLS_MOST: Final = 8
+_DRIVES_M: Final = 1e-3
+"""Distance to the stopping point from which on it shows where a robot is heading."""
 """Most cells that a robot may be using: until it reports which, no more are made."""
 
 
@@ -98,6 +103,7 @@ class _Robot:
         sent: Its last guidance.
         rests_within_m: If it is at rest: largest distance from the newest S.
         since: The last cell that was made before it joined.
+        heading_rad: Direction in which it last drove.
     """
 
     newest: Whereabouts
@@ -107,6 +113,7 @@ class _Robot:
     sent: Guidance
     rests_within_m: float | None = None
     since: int = FIRST_CELL - 1
+    heading_rad: float = 0.0
 
     @property
     def segment(self) -> Floats:
@@ -154,7 +161,8 @@ class Hub:
         Raises:
             SegmentsMeet: Two stand at the same place.
         """
-        self._area, self._aiming, self.settings = area, CellTargets(task), settings or TeamSettings()
+        self.settings = settings or TeamSettings()
+        self._area, self._aiming = area, CellTargets(task, self._speed_towards)
         self._planes_made, self._cells_made = 0, FIRST_CELL
         known = {name: starts[name] for name in sorted(starts)}
         self._round, mates = self._new_round(known), frozenset(known)
@@ -166,7 +174,7 @@ class Hub:
 
     def set_task(self, task: TeamTask) -> None:
         """Continue with another task."""
-        self._aiming = CellTargets(task)
+        self._aiming = CellTargets(task, self._speed_towards)
 
     def join(self, name: str, there: Whereabouts, now_s: float) -> None:
         """Add another robot, which stands and has no cell; it drives once all others keep off it.
@@ -201,6 +209,8 @@ class Hub:
         if robot.rests_within_m is not None and message.stamp_s < robot.echo_s + self.settings.resting_s:
             return  # it is from before the robot came to rest, elsewhere
         robot.newest, robot.heard_s = message, now_s
+        if abs(braking := _braking(message)) > _DRIVES_M:
+            robot.heading_rad = cmath.phase(braking)
         robot.using = {
             number: made
             for number, made in robot.using.items()
@@ -228,9 +238,8 @@ class Hub:
         }
         made = self._new_cells(reported)
         names = list(self._robots)
-        places = self.places
         cells = [(made.get(name) or robot.adopted).cell for name, robot in self._robots.items()]
-        targets = self._aiming.targets(names, places, cells)
+        targets = self._aiming.targets(names, self._states, cells)
         self._cells_made += 1
         for name, one in made.items():
             robot = self._robots[name]
@@ -259,6 +268,20 @@ class Hub:
         return np.array([robot.segment[:2] for robot in self._robots.values()]).reshape(-1, 2)
 
     @property
+    def _states(self) -> Floats:
+        """(n, 4) last reported x, y (m), heading (rad), speed (m/s) of the robots; the latter by the stopping point."""
+        robots = self._robots.values()
+        away_m = [abs(_braking(robot.newest)) for robot in robots]
+        speeds_mps = [math.sqrt(2.0 * self.settings.deceleration_mps2 * each) for each in away_m]
+        headings = [robot.heading_rad for robot in robots]
+        return np.column_stack((self.places, headings, speeds_mps))
+
+    @property
+    def corners(self) -> dict[str, Floats]:
+        """(c, 2) corners of the newest cell of each robot, by name (m, map frame)."""
+        return {name: cell.corners for name, cell in self.cells.items()}
+
+    @property
     def cells(self) -> dict[str, BufferedCell]:
         """Newest cell of each robot, by name."""
         return {name: robot.using[max(robot.using)].cell for name, robot in self._robots.items()}
@@ -268,12 +291,12 @@ class Hub:
         return self._robots[name].newest.decided
 
     @property
-    def outside_cells_m(self) -> dict[str, float]:
+    def outside_m(self) -> dict[str, float]:
         """Distance of each robot outside the cell that it keeps to, as reported; negative inside (m)."""
         return {name: robot.adopted.cell.excess_m(robot.segment) for name, robot in self._robots.items()}
 
     @property
-    def nearest_segments_m(self) -> float:
+    def nearest_m(self) -> float:
         """Smallest distance of two robots' stopping segments, as reported; inf for a single robot (m)."""
         return float(least_apart_m(np.array([robot.segment for robot in self._robots.values()]).reshape(-1, 4)))
 
@@ -281,6 +304,15 @@ class Hub:
     def goals(self) -> dict[str, tuple[float, float]]:
         """Goal of each robot at the last update, by the task (m, map frame)."""
         return self._aiming.goals
+
+    @property
+    def interventions(self) -> Interventions:
+        """Changes of wished velocities by cells since the task began."""
+        return self._aiming.interventions
+
+    def _speed_towards(self, away_m: float) -> float:
+        """Return the speed (m/s) at which a robot drives to a target so far away."""
+        return min(math.sqrt(2.0 * self.settings.deceleration_mps2 * away_m), self.settings.speed_max_mps)
 
     @property
     def stuck(self) -> frozenset[str]:
@@ -426,6 +458,11 @@ def _in_order(name: str, rows: Floats, own: Mapping[str, Sequence[Plane]], stops
 def _segment(reported: Whereabouts) -> Floats:
     """Return (4,) S: x₁ y₁ x₂ y₂ (m)."""
     return np.array((reported.x_m, reported.y_m, reported.stop_x_m, reported.stop_y_m))
+
+
+def _braking(reported: Whereabouts) -> complex:
+    """Return the way to the stopping point (m)."""
+    return complex(reported.stop_x_m - reported.x_m, reported.stop_y_m - reported.y_m)
 
 
 def _stays(reported: Whereabouts, number: int) -> Guidance:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
 
+from touchline.coordination.algorithms.wish_figures import wish_figures
 from touchline.coordination.blockages import Blockages
 from touchline.coordination.coordination import Coordination
-from touchline.coordination.tasks import GoalLists
 from touchline.schemas.messages import TeamReport
 
 
@@ -39,7 +40,7 @@ class TaskStatistics:
             return
         self._begun_s = now_s if self._updates == 0 else self._begun_s
         self._now_s, self._updates = now_s, self._updates + 1
-        self._nearest_m = min(self._nearest_m, hub.nearest_segments_m)
+        self._nearest_m = min(self._nearest_m, hub.nearest_m)
         self._blockages.update(now_s)
 
     def blockage(self, name: str) -> str:
@@ -53,9 +54,9 @@ class TaskStatistics:
             finished: Whether it has come to its end.
         """
         hub, task = self._coordination.hub, self._coordination.task
-        if hub is None or not self._updates:
+        if hub is None or task is None or not self._updates:
             return None
-        goals = task.last if isinstance(task, GoalLists) else {}
+        goals = task.last
         arrived = self._coordination.arrived()
         missing = [name for name in hub.names if name in goals and name not in arrived]
         return TeamReport(
@@ -71,4 +72,5 @@ class TaskStatistics:
             updates=self._updates,
             heard=self._heard,
             told=self._sent,
+            wishes_json=json.dumps(wish_figures(task, hub.interventions)),
         )

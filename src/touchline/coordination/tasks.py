@@ -1,6 +1,7 @@
 """Tasks of a team: spread over the area, drive to lists of goals, or change places across a circle."""
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Final, Protocol
 
 import numpy as np
@@ -20,12 +21,27 @@ ARRIVED_M: Final = 0.1
 class TeamTask(Protocol):
     """Assigns goals to robots, from where they are."""
 
-    def goals(self, names: Sequence[str], places: Floats) -> Floats:
+    @property
+    def last(self) -> Mapping[str, tuple[float, float]]:
+        """Last goal of each robot that has one (m, map frame)."""
+        ...
+
+    @property
+    def ends_on_arrival(self) -> bool:
+        """Whether the task ends when all robots are at their last goals."""
+        ...
+
+    @property
+    def density(self) -> Density:
+        """φ."""
+        ...
+
+    def goals(self, names: Sequence[str], states: Floats) -> Floats:
         """Return the goal of each robot; to be called once per update.
 
         Args:
             names: Names of n robots.
-            places: (n, 2) places of the robots (m, map frame).
+            states: (n, 4) x, y (m, map frame), heading (rad), speed (m/s).
 
         Returns:
             (n, 2) m, map frame; not necessarily within reach.
@@ -36,16 +52,20 @@ class TeamTask(Protocol):
 class Deploy:
     """Task: spread over the area, by Lloyd's rule."""
 
+    last: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    ends_on_arrival = False
+
     def __init__(self, area: FreeArea, density: Density = EVEN) -> None:
         """Spread over an area, by a density φ."""
         self._area, self.density = area, density
 
-    def goals(self, names: Sequence[str], places: Floats) -> Floats:
+    def goals(self, names: Sequence[str], states: Floats) -> Floats:
         """Return goals, as of `TeamTask`.
 
         Raises:
             CoincidentPoints: Two robots are at the same place.
         """
+        places = np.ascontiguousarray(states[:, :2])
         return relaxed_targets(places, self.centroids(places))
 
     def centroids(self, places: Floats) -> Floats:
@@ -60,6 +80,9 @@ class Deploy:
 class GoalLists:
     """Task: each robot drives to its goals in turn, and stays at the last; one that has none stays where it is."""
 
+    ends_on_arrival = True
+    density = EVEN
+
     def __init__(self, goals: Mapping[str, Sequence[tuple[float, float]]]) -> None:
         """Set the goals (m, map frame) of each robot by its name."""
         self._left = {name: list(places) for name, places in goals.items()}
@@ -69,8 +92,9 @@ class GoalLists:
         """Last goal of each robot (m, map frame)."""
         return {name: left[-1] for name, left in self._left.items() if left}
 
-    def goals(self, names: Sequence[str], places: Floats) -> Floats:
+    def goals(self, names: Sequence[str], states: Floats) -> Floats:
         """Return goals, as of `TeamTask`."""
+        places = states[:, :2]
         return np.array([self._goal(name, place) for name, place in zip(names, places, strict=True)]).reshape(-1, 2)
 
     def _goal(self, name: str, place: Floats) -> Floats:

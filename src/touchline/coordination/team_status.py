@@ -9,7 +9,6 @@ from touchline.coordination.coordination import Coordination
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.guidance_messages import header_at
 from touchline.coordination.lloyd import EVEN, deployment, square_cost
-from touchline.coordination.tasks import Deploy
 from touchline.schemas.messages import TeamCells, TeamStatus
 
 
@@ -40,14 +39,14 @@ def team_status(coordination: Coordination, area: FreeArea) -> TeamStatus:
     if hub is None or task is None:
         waits = coordination.waits_for
         return TeamStatus(problem=f"waiting for {', '.join(waits[:5])}{' …' * (len(waits) > 5)}" if waits else "")
-    places, outside_m = hub.places, max(hub.outside_cells_m.values(), default=-math.inf)
-    even = isinstance(task, Deploy) and task.density == EVEN
+    places, outside_m = hub.places, max(hub.outside_m.values(), default=-math.inf)
+    even = not task.ends_on_arrival and task.density == EVEN
     cost = deployment(places, area).cost / square_cost(len(places), area.area_m2) if even else math.nan
     return TeamStatus(
         arrived=len(coordination.arrived()),
         stuck=len(hub.stuck),
         resting=len(hub.resting),
         cost_of_squares=cost,
-        nearest_m=hub.nearest_segments_m,
+        nearest_m=hub.nearest_m,
         outside_m=outside_m,
     )

@@ -47,7 +47,7 @@ from touchline.onboard.nominal_tick import CourseArrays
 from touchline.onboard.perception.perception import Perception, lidars_of
 from touchline.onboard.protection.protector import Blocked, Protector
 from touchline.onboard.tracking_state import HEADING_ERROR, NOZZLE_LATERAL, REFERENCE_SPEED
-from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus, Whereabouts
+from touchline.schemas.messages import Guidance, PlanState, Trajectory, TraversalStatus, Whereabouts
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import Vehicle
 
@@ -188,25 +188,18 @@ class Onboard:
             self.perception.know(course.obstacles)
         return duration_s
 
-    def begin_guided(self) -> None:
-        """Follow a coordinator's guidance from now on; the robot stands until the first guidance arrives."""
-        self._traversal.begin_guided(self._team)
+    def begin_guided(self, *, plans: bool = False) -> None:
+        """Follow a coordinator's guidance from now on; the robot stands until the first guidance arrives.
+
+        Args:
+            plans: Whether guidance has plans instead of cells.
+        """
+        self._traversal.begin_guided(self._team, plans=plans)
 
     def take_guidance(self, guidance: Guidance) -> bool:
         """Take guidance from the coordinator; return False if it cannot be used or the robot is not guided."""
         guided = self._traversal.guided
         return guided is not None and guided.receive(guidance)
-
-    def follow_plan(self, plan: NDArray[np.float64]) -> None:
-        """Follow a committed plan from now on, as of `GuidedDrive.follow`; do nothing if the robot is not guided."""
-        if (guided := self._traversal.guided) is not None:
-            guided.follow(plan)
-
-    @property
-    def off_plan_m(self) -> float:
-        """Distance that a guided robot believes to be from its plan (m); 0 if it is not guided."""
-        guided = self._traversal.guided
-        return guided.off_plan_m() if guided is not None else 0.0
 
     @property
     def guided(self) -> bool:
@@ -216,9 +209,15 @@ class Onboard:
 
     @property
     def whereabouts(self) -> Whereabouts | None:
-        """Message of a guided robot to its coordinator; None if it is not guided."""
+        """Message of a robot to a coordinator that guides it by cells; None if none does."""
         guided = self._traversal.guided
         return guided.whereabouts if guided is not None and self.guided else None
+
+    @property
+    def plan_state(self) -> PlanState | None:
+        """Message of a robot to a coordinator that guides it by plans; None if none does."""
+        guided = self._traversal.guided
+        return guided.plan_state if guided is not None and self.guided else None
 
     def start(self) -> None:
         """Begin the traversal."""

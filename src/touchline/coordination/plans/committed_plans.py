@@ -4,7 +4,8 @@ A plan is one period of a speed and a yaw rate, then braking to rest. Invariant:
 2·r_s apart at every time from now on, and each as far from walls as it must be. In each update robots choose one after
 another; a new plan must keep apart from those of all others: the new ones of those who have chosen, the rest of the old
 ones of those who have not. So each replacement keeps the invariant; a robot without any other permitted plan keeps the
-rest of its old one, which always qualifies. docs/explanation/teams.md has the reasons. After Petti, Fraichard, "Safe
+rest of its old one, which always qualifies. Where messages may be lost, both the old and the new plan of a robot are
+kept clear until it is known which it follows. docs/explanation/teams.md has the reasons. After Petti, Fraichard, "Safe
 motion planning in dynamic environments", IROS 2005, and Bekris, Tsianos, Kavraki, IROS 2007.
 
 What a robot wishes decides only how fast it arrives, not whether it is safe:
@@ -28,6 +29,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.coordination.algorithms.team_algorithm import GoalWish, PathWish, TwistWish, VelocityWish, Wish
+from touchline.coordination.algorithms.wish_geometry import ALONG_M, aim_of, velocity_of
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans import plan_kernels as k
 from touchline.coordination.plans.next_legs import Manner, NextLeg
@@ -46,6 +49,7 @@ _KEEP_RIGHT_M: Final = 0.3
 """Distance to the right of its way at which a robot drives while a wall is between it and its goal…"""
 _MEETS_M: Final = 4.0
 """…and another robot is so near."""
+_STANDS_MPS: Final = 1e-9
 _ROUNDING_M: Final = 1e-9
 _STOPS_M: Final = 0.6
 _THERE_M: Final = 0.03
@@ -73,64 +77,144 @@ class CommittedPlans:
     """Plans of a team of robots, known by their numbers.
 
     Attributes:
-        plans: (n, m, 5) of `plan_kernels`, of which the first sample is now.
+        plans: (n, m, 5) of `plan_kernels`, of which the first sample is now: those that robots are known to follow.
+        changes: (n, 2) change of the speed (m/s) and yaw rate (rad/s) that each robot has wished at the last update.
         token: Robot that has the token; −1: none.
     """
 
-    def __init__(self, poses: Floats, area: FreeArea, limits: k.PlanLimits) -> None:
+    def __init__(
+        self,
+        poses: Floats,
+        area: FreeArea,
+        limits: k.PlanLimits,
+        *,
+        certain: bool = True,
+        apart: bool = True,
+    ) -> None:
         """Let all robots stay where they stand.
 
         Args:
             poses: (n, 3) x, y (m), heading (rad).
             area: The area.
             limits: Limits of plans.
+            certain: Whether all robots follow what is chosen at once; else new plans are proposals until `settle`.
+            apart: False: every wish is granted, whoever or whatever is in the way.
 
         Raises:
             TooNear: Two robots, or one and a wall, are nearer than plans may be.
         """
-        self._limits = limits
-        self._around = k.AreaBorders(np.ascontiguousarray(area.sides), np.ascontiguousarray(area.walls))
-        self.plans: Floats = np.zeros((len(poses), k.samples_of(limits), t.COLUMNS))
-        self.plans[:, :, :3] = poses[:, None]
-        if (apart_m := k.closest_plans_m(self.plans)) < limits.apart_m:
+        self._certain = certain
+        self._limits = limits = limits if apart else limits._replace(apart_m=0.0)
+        sides, walls = (area.sides, area.walls) if apart else (area.sides[:0], area.walls[:0])
+        self._around = k.AreaBorders(np.ascontiguousarray(sides), np.ascontiguousarray(walls))
+        n = len(poses)
+        rows = n if certain else 2 * n
+        plans: Floats = np.zeros((rows, k.samples_of(limits), t.COLUMNS))
+        self._claims = k.Claims(plans, np.full(rows, -1, dtype=np.int64))
+        plans[:n, :, :3], self._claims.owners[:n] = poses[:, None], np.arange(n)
+        self.plans = plans[:n]
+        if (apart_m := self.closest_m) < limits.apart_m:
             raise TooNear(f"two robots stand {apart_m:.3f} m apart, plans need {limits.apart_m:g} m: move them apart")
         if not all(k.clear_of_walls(plan, self._around, limits) for plan in self.plans):
             raise TooNear(f"a robot stands nearer than {limits.wall_m:g} m to a wall: move it away")
         self._ways = Ways(area, limits.wall_m, limits.apart_m)
         self._velocities: Complexes = np.zeros(len(poses), dtype=np.complex128)
+        self.changes: Floats = np.zeros((len(poses), 2))
         self._nearest_m = np.full(len(poses), math.inf)
         self._nearer_s = np.zeros(len(poses))
         self._now_s = self._token_s = self._token_m = 0.0
+        self._turns = 0
         self.token = -1
 
     @property
     def places(self) -> Complexes:
-        """(n,) where each plan is now, x + iy (m)."""
-        found: Complexes = self.plans[:, 0, t.X] + 1j * self.plans[:, 0, t.Y]
+        """(n,) where each plan is when a new one may begin to differ, x + iy (m)."""
+        begins = self.plans[:, self._limits.lead_steps]
+        found: Complexes = begins[:, t.X] + 1j * begins[:, t.Y]
         return found
 
     @property
     def closest_m(self) -> float:
-        """Least distance of any two plans from now on (m)."""
-        return float(k.closest_plans_m(self.plans))
+        """Least distance of two robots' plans from now on (m), proposals included."""
+        return float(k.closest_plans_m(self._claims))
 
-    def update(self, goals: Floats) -> None:
+    @property
+    def proposed(self) -> Bools:
+        """(n,) whether a robot may be following its proposal instead of its plan, until `settle`."""
+        return (
+            np.zeros(len(self.plans), dtype=np.bool_) if self._certain else self._claims.owners[len(self.plans) :] >= 0
+        )
+
+    @property
+    def proposals(self) -> Floats:
+        """(n, m, 5) proposals, where there are any; without them the plans."""
+        return self.plans if self._certain else self._claims.plans[len(self.plans) :]
+
+    def settle(self, who: int, *, follows: bool) -> None:
+        """Take note whether a robot follows its proposal from now on, or never will."""
+        proposal = len(self.plans) + who
+        if follows:
+            self.plans[who] = self._claims.plans[proposal]
+        self._claims.owners[proposal] = -1
+
+    def update(self, wishes: Sequence[Wish]) -> None:
         """Let a period pass, and all robots choose new plans.
 
         Args:
-            goals: (n, 2) where each wants to be (m).
+            wishes: Wish of each.
         """
         self._pass_time()
-        wanted = goals[:, 0] + 1j * goals[:, 1]
-        legs = self._ways.legs(self.places, self.plans[:, -1, t.X] + 1j * self.plans[:, -1, t.Y], wanted, self._now_s)
+        self.changes[:] = 0.0
+        chosen = set(np.flatnonzero(self.proposed).tolist())  # these cannot be asked anything else yet
+        legs = self._legs(wishes)
         left_m = np.array([leg.left_m for leg in legs])
         self._look_for_token(legs, left_m)
-        chosen: set[int] = set()
-        if self.token >= 0:
+        if self.token >= 0 and self.token not in chosen:
             self._drive_first(self.token, legs[self.token], chosen)
-        for who in np.argsort(left_m, kind="stable").tolist():
-            if who not in chosen:
-                self._choose(who, legs[who])
+        self._turns += 1  # those without a way choose first, each in its turn
+        order = np.roll(np.arange(len(legs)), -self._turns)
+        for who in order[np.argsort(left_m[order], kind="stable")].tolist():
+            if who in chosen:
+                continue
+            wish, leg = wishes[who], legs[who]
+            if isinstance(wish, GoalWish) or (isinstance(wish, PathWish) and leg.left_m <= _STOPS_M):
+                self._choose(who, leg)
+            elif isinstance(wish, PathWish):
+                self._drive(who, self._straight(leg.aim - complex(self.places[who])))
+            else:
+                self._drive(who, self._velocity(who, wish))
+
+    def _legs(self, wishes: Sequence[Wish]) -> list[NextLeg]:
+        """Return the next part of the way of each robot; those that wish no place have come to its end."""
+        places = self.places
+        legs = [self._own_leg(place, wish) for place, wish in zip(places.tolist(), wishes, strict=True)]
+        if not any(isinstance(wish, GoalWish) for wish in wishes):
+            return legs
+        wanted = zip(wishes, legs, strict=True)
+        goals = [complex(wish.x_m, wish.y_m) if isinstance(wish, GoalWish) else leg.aim for wish, leg in wanted]
+        rests = self.plans[:, -1, t.X] + 1j * self.plans[:, -1, t.Y]
+        to_goals = self._ways.legs(places, rests, np.array(goals), self._now_s)
+        return [
+            to_goal if isinstance(wish, GoalWish) else leg
+            for wish, leg, to_goal in zip(wishes, legs, to_goals, strict=True)
+        ]
+
+    def _own_leg(self, place: complex, wish: Wish) -> NextLeg:
+        """Return the next part of a path that a robot wishes; for other wishes one of no length."""
+        if not isinstance(wish, PathWish):
+            return NextLeg(place, 0.0)
+        aims = (aim_of(wish, place, along_m) for along_m in ALONG_M)
+        aim = next((aim for aim in aims if self._ways.sees(place, aim)), aim_of(wish, place, ALONG_M[-1]))
+        return NextLeg(aim, abs(aim - place) + abs(complex(*wish.points_m[-1]) - aim))
+
+    def _velocity(self, who: int, wish: Wish) -> complex:
+        """Return a wished velocity (m/s); one of a robot that is to stand keeps its heading."""
+        now = self.plans[who, self._limits.lead_steps]
+        if isinstance(wish, TwistWish):
+            forward = TwistWish(max(wish.speed_mps, _STANDS_MPS), wish.yaw_rate_radps)
+            return velocity_of(forward, now[t.HEADING], self._limits.drive_steps * t.STEP_S)
+        velocity = complex(wish.x_mps, wish.y_mps) if isinstance(wish, VelocityWish) else 0j
+        return velocity if abs(velocity) > _STANDS_MPS else cmath.rect(_STANDS_MPS, now[t.HEADING])
 
     def choose_by(self, wishes: Complexes, order: Sequence[int]) -> None:
         """Let a period pass, and robots choose plans by wished velocities, whatever these are.
@@ -144,8 +228,8 @@ class CommittedPlans:
             self._drive(who, complex(wishes[who]))
 
     def _pass_time(self) -> None:
-        k.advance(self.plans, self._limits.period_steps)
-        self._now_s += self._limits.period_steps * t.STEP_S
+        k.advance(self._claims.plans, self._limits.update_steps)
+        self._now_s += self._limits.update_steps * t.STEP_S
 
     def _choose(self, who: int, leg: NextLeg) -> None:
         """Commit a robot to a plan along its leg."""
@@ -160,7 +244,7 @@ class CommittedPlans:
             return
         wish = self._straight(ahead)
         if manner is Manner.EXACT:
-            off = abs(wrapped(cmath.phase(ahead) - self.plans[who, 0, t.HEADING]))
+            off = abs(wrapped(cmath.phase(ahead) - self.plans[who, self._limits.lead_steps, t.HEADING]))
             self._drive(who, wish if off <= _FACES_RAD else _TURNS * wish)
             return
         free, round_corner = manner is Manner.FREE, left_m > abs(ahead) + _ROUNDING_M
@@ -181,16 +265,21 @@ class CommittedPlans:
         if abs(goal - complex(rest[t.X], rest[t.Y])) <= _THERE_M:
             self._velocities[who] = 0j
             return
-        k.choose(self.plans, who, goal, True, self._around, self._limits)
-        self._note_velocity(who)
+        self._commit(who, goal, stops=True)
 
     def _drive(self, who: int, wish: complex) -> None:
         """Commit a robot to the plan nearest to a wished velocity (m/s)."""
-        k.choose(self.plans, who, wish, False, self._around, self._limits)
-        self._note_velocity(who)
+        self._commit(who, wish, stops=False)
 
-    def _note_velocity(self, who: int) -> None:
-        end = self.plans[who, self._limits.period_steps]
+    def _commit(self, who: int, aim: complex, *, stops: bool) -> None:
+        """Commit a robot to the plan nearest to an aim, as of `plan_kernels.choose`."""
+        into = who if self._certain else len(self.plans) + who
+        plans, owners = self._claims
+        if into != who and owners[into] == who:
+            return  # what it follows must be known first
+        self.changes[who] = k.choose(self._claims, who, into, aim, stops, self._around, self._limits)
+        chosen = plans[into] if owners[into] == who else plans[who]
+        end = chosen[self._limits.brakes_at]
         self._velocities[who] = cmath.rect(end[t.SPEED], end[t.HEADING])
 
     def _straight(self, way: complex) -> complex:
@@ -209,7 +298,7 @@ class CommittedPlans:
     def _clear_way(self, who: int, wish: complex, chosen: set[int]) -> None:
         """Push aside all that stand in a robot's way, and first those that stand in theirs."""
         chosen.add(who)
-        while (other := k.blocker(self.plans, who, wish, self._around, self._limits)) >= 0 and other not in chosen:
+        while (other := k.blocker(self._claims, who, wish, self._around, self._limits)) >= 0 and other not in chosen:
             aside = self._aside(other, who, wish)
             self._clear_way(other, aside, chosen)
             self._drive(other, aside)

@@ -53,7 +53,9 @@ class PlanLimits(NamedTuple):
         yaw_acceleration_radps2: Largest change of the yaw rate.
         apart_m: Least distance of two plans: 2·r_s.
         wall_m: Least distance of a plan from walls.
-        period_steps: Steps of a period: a new plan may be chosen after so many.
+        lead_steps: Steps after which a new plan may differ from the old one: it may take as long to arrive.
+        drive_steps: Steps from then on for which a plan drives, before it brakes.
+        update_steps: Steps from one update to the next.
     """
 
     speed_max_mps: float
@@ -63,7 +65,26 @@ class PlanLimits(NamedTuple):
     yaw_acceleration_radps2: float
     apart_m: float
     wall_m: float
-    period_steps: int
+    lead_steps: int
+    drive_steps: int
+    update_steps: int
+
+    @property
+    def brakes_at(self) -> int:
+        """Number of the sample at which a new plan begins to brake."""
+        return self.lead_steps + self.drive_steps
+
+
+class Claims(NamedTuple):
+    """Plans that robots may be following.
+
+    Attributes:
+        plans: (k, m, 5); of n robots the first n are those that they are known to follow.
+        owners: (k,) number of the robot that may be following each; −1: nobody.
+    """
+
+    plans: Floats
+    owners: Ints
 
 
 class AreaBorders(NamedTuple):
@@ -79,25 +100,26 @@ def samples_of(limits: PlanLimits) -> int:
     braking_s = max(
         limits.speed_max_mps / limits.acceleration_mps2, limits.yaw_rate_max_radps / limits.yaw_acceleration_radps2
     )
-    return limits.period_steps + int(braking_s / STEP_S) + 2
+    return limits.lead_steps + limits.drive_steps + int(braking_s / STEP_S) + 2
 
 
 @kernel
 def roll_out(plan: Floats, speed: float, rate: float, limits: PlanLimits, until: int) -> None:
-    """Fill in a plan from its first sample: to a speed and a yaw rate for a period, then to rest.
+    """Fill in a plan from the sample on at which it may differ: to a speed and a yaw rate, then to rest.
 
     Args:
-        plan: (m, 5); the first row is given.
+        plan: (m, 5); the first lead_steps + 1 rows are given.
         speed: Wanted (m/s).
         rate: Wanted yaw rate (rad/s).
         limits: Limits.
         until: Number of samples to fill in.
     """
     gain, turn_gain = limits.acceleration_mps2 * STEP_S, limits.yaw_acceleration_radps2 * STEP_S
-    for k in range(1, until):
+    brakes_at = limits.lead_steps + limits.drive_steps
+    for k in range(limits.lead_steps + 1, until):
         v, w, heading = plan[k - 1, SPEED], plan[k - 1, YAW_RATE], plan[k - 1, HEADING]
-        goal_v = speed if k <= limits.period_steps else 0.0
-        goal_w = rate if k <= limits.period_steps else 0.0
+        goal_v = speed if k <= brakes_at else 0.0
+        goal_w = rate if k <= brakes_at else 0.0
         after_v = v + min(max(goal_v - v, -gain), gain)
         after_w = w + min(max(goal_w - w, -turn_gain), turn_gain)
         turned = 0.5 * (w + after_w) * STEP_S
@@ -137,21 +159,24 @@ def apart_squared_of(one: Floats, other: Floats, enough: float) -> float:
 
 
 @kernel
-def first_conflict(plan: Floats, who: int, plans: Floats, limits: PlanLimits) -> int:
-    """Return the first robot whose plan is too near to this one; −1: none.
+def first_conflict(plan: Floats, who: int, claims: Claims, limits: PlanLimits) -> int:
+    """Return the first robot of whose plans one is too near to this one; −1: none.
 
     Args:
         plan: (m, 5).
         who: Number of its robot.
-        plans: (n, m, 5) of all.
+        claims: Plans of all.
         limits: Limits.
     """
+    plans, owners = claims
     enough = limits.apart_m * limits.apart_m
     reach_m = 2.0 * limits.speed_max_mps * STEP_S * (len(plan) - 1) + limits.apart_m
     for j in range(len(plans)):
+        if owners[j] == who or owners[j] < 0:
+            continue
         x, y = plans[j, 0, X] - plan[0, X], plans[j, 0, Y] - plan[0, Y]
-        if j != who and x * x + y * y < reach_m * reach_m and apart_squared_of(plan, plans[j], enough) < enough:
-            return j
+        if x * x + y * y < reach_m * reach_m and apart_squared_of(plan, plans[j], enough) < enough:
+            return int(owners[j])
     return -1
 
 
@@ -174,12 +199,29 @@ def clear_of_walls(plan: Floats, around: AreaBorders, limits: PlanLimits) -> boo
 
 
 @kernel
-def closest_plans_m(plans: Floats) -> float:
-    """Return the least distance (m) of any two plans (n, m, 5) from now on; inf for a single one."""
+def borders_near(start: Floats, around: AreaBorders, limits: PlanLimits, samples: int) -> AreaBorders:
+    """Return the borders that plans of so many samples from a start (5,) may come near to."""
+    reach_m = limits.wall_m + limits.speed_max_mps * STEP_S * samples
+    here, count = complex(start[X], start[Y]), 0
+    near = np.empty(len(around.walls), np.int64)
+    for w in range(len(around.walls)):
+        a = complex(around.walls[w, 0], around.walls[w, 1])
+        b = complex(around.walls[w, 2], around.walls[w, 3])
+        if off_squared(here, a, b) <= reach_m * reach_m:
+            near[count] = w
+            count += 1
+    return AreaBorders(around.sides, around.walls[near[:count]])
+
+
+@kernel
+def closest_plans_m(claims: Claims) -> float:
+    """Return the least distance (m) of two robots' plans from now on; inf for a single robot."""
+    plans, owners = claims
     least = math.inf
     for i in range(len(plans)):
         for j in range(i):
-            least = min(least, apart_squared_of(plans[i], plans[j], 0.0))
+            if owners[i] >= 0 and owners[j] >= 0 and owners[i] != owners[j]:
+                least = min(least, apart_squared_of(plans[i], plans[j], 0.0))
     return math.sqrt(least)
 
 
@@ -188,12 +230,12 @@ def primitive(now: Floats, number: int, bearing: float, limits: PlanLimits) -> t
     """Return the speed (m/s) and the yaw rate (rad/s) of a primitive.
 
     Args:
-        now: (5,) first sample of the plan.
+        now: (5,) sample at which the plan may differ.
         number: Less than PRIMITIVES.
         bearing: Bearing to which the last of the rates turns (rad).
         limits: Limits.
     """
-    period_s = limits.period_steps * STEP_S
+    period_s = limits.drive_steps * STEP_S
     low = max(now[SPEED] - limits.acceleration_mps2 * period_s, 0.0)
     high = min(now[SPEED] + limits.acceleration_mps2 * period_s, limits.speed_max_mps)
     speed = low + (high - low) * (number % SPEEDS) / (SPEEDS - 1)
@@ -205,52 +247,61 @@ def primitive(now: Floats, number: int, bearing: float, limits: PlanLimits) -> t
 
 
 @kernel
-def choose(plans: Floats, who: int, aim: complex, stops: bool, around: AreaBorders, limits: PlanLimits) -> bool:
-    """Commit a robot to the plan nearest to its aim that keeps apart from all plans and walls.
+def choose(
+    claims: Claims, who: int, into: int, aim: complex, stops: bool, around: AreaBorders, limits: PlanLimits
+) -> tuple[float, float]:
+    """Choose the plan nearest to a robot's aim that keeps apart from all plans of others and from walls.
 
     Args:
-        plans: (n, m, 5) of all robots; its own is replaced, or stays if none is permitted.
+        claims: Plans of all robots.
         who: Number of the robot.
+        into: Where to put the plan; nothing is put there if none is permitted.
         aim: Wished velocity (m/s), or the goal (m) to which it is to come to rest as near as possible.
         stops: Whether the aim is a goal.
         around: Borders of the area.
         limits: Limits.
 
     Returns:
-        Whether its plan is a new one.
+        Change of the speed (m/s) and of the yaw rate (rad/s) at the end of the period, against the plan nearest to the
+        aim.
     """
-    trial, costs = np.empty(plans.shape[1:]), np.empty(PRIMITIVES)
-    trial[0] = plans[who, 0]
-    toward = aim - complex(trial[0, X], trial[0, Y]) if stops else aim
+    plans, owners = claims
+    trial, costs = plans[who].copy(), np.empty(PRIMITIVES)
+    near = borders_near(trial[0], around, limits, len(trial))
+    begin, end, chosen = trial[limits.lead_steps], limits.lead_steps + limits.drive_steps, who
+    speed_mps, rate_radps, first = 0.0, 0.0, True
+    toward = aim - complex(begin[X], begin[Y]) if stops else aim
     bearing = math.atan2(toward.imag, toward.real)
     for number in range(PRIMITIVES):
-        speed, rate = primitive(trial[0], number, bearing, limits)
-        roll_out(trial, speed, rate, limits, len(trial) if stops else limits.period_steps + 1)
-        costs[number] = _of_rest(trial, aim) if stops else _of_motion(trial[limits.period_steps], aim, bearing)
+        speed, rate = primitive(begin, number, bearing, limits)
+        roll_out(trial, speed, rate, limits, len(trial) if stops else end + 1)
+        costs[number] = _of_rest(trial, aim) if stops else _of_motion(trial[end], aim, bearing)
         costs[number] += _CALM * abs(rate)
     for number in np.argsort(costs, kind="mergesort"):
-        speed, rate = primitive(trial[0], number, bearing, limits)
+        speed, rate = primitive(begin, number, bearing, limits)
         roll_out(trial, speed, rate, limits, len(trial))
-        if first_conflict(trial, who, plans, limits) < 0 and clear_of_walls(trial, around, limits):
-            plans[who] = trial
-            return True
-    return False
+        if first:
+            speed_mps, rate_radps, first = trial[end, SPEED], trial[end, YAW_RATE], False
+        if first_conflict(trial, who, claims, limits) < 0 and clear_of_walls(trial, near, limits):
+            plans[into], owners[into], chosen = trial, who, into
+            break
+    return plans[chosen, end, SPEED] - speed_mps, plans[chosen, end, YAW_RATE] - rate_radps
 
 
 @kernel
-def blocker(plans: Floats, who: int, wish: complex, around: AreaBorders, limits: PlanLimits) -> int:
+def blocker(claims: Claims, who: int, wish: complex, around: AreaBorders, limits: PlanLimits) -> int:
     """Return the robot that keeps another from the plan nearest to its wish; −1: none.
 
     Args:
-        plans: (n, m, 5) of all robots.
+        claims: Plans of all robots.
         who: Number of the robot that is kept.
         wish: Wished velocity (m/s).
         around: Borders of the area.
         limits: Limits.
     """
-    alone, nobody = plans[who : who + 1].copy(), 0
-    choose(alone, nobody, wish, False, around, limits)
-    return int(first_conflict(alone[0], who, plans, limits))
+    alone = Claims(claims.plans[who : who + 1].copy(), np.zeros(1, np.int64))
+    choose(alone, 0, 0, wish, False, around, limits)
+    return int(first_conflict(alone.plans[0], who, claims, limits))
 
 
 @kernel

@@ -31,15 +31,21 @@ class Ways:
     """
 
     def __init__(self, area: FreeArea, wall_m: float, apart_m: float) -> None:
+        self._geodesics: Geodesics | None = None
         self._lanes: PassageLanes | None = None
         self._ordered: OrderedWays | None = None
         self._maze = False
         if len(area.walls):
             geodesics, two_m = Geodesics(area, wall_m), apart_m + 2.0 * (wall_m + _ROOM_M)
+            self._geodesics = geodesics
             passages, others_m = find_passages(area, 2.0 * wall_m)
             self._lanes = PassageLanes(passages, geodesics, apart_m, two_m)
             self._ordered = OrderedWays(geodesics, apart_m)
             self._maze = others_m < two_m
+
+    def sees(self, place: complex, other: complex) -> bool:
+        """Return whether the straight way between two places keeps off walls, x + iy each (m)."""
+        return self._geodesics is None or self._geodesics.sees(place, other)
 
     def legs(self, places: Complexes, rests: Complexes, goals: Complexes, now_s: float) -> list[NextLeg]:
         """Return the next part of each robot's way.

@@ -263,12 +263,13 @@ def carry_out(
                 listener.hear("", telemetry.told())
 
         def run_slice() -> None:
+            last = (emulator.tick_count // slice_ticks + 1) * slice_ticks
             if not listened:
-                runner.run(slice_ticks)
+                runner.run(last - emulator.tick_count)
                 return
-            last = emulator.tick_count + slice_ticks
             while emulator.tick_count < last and emulator.active:
-                telemetry.hold(runner.step(telemetry.until_due(slice_ticks), telemetry.rows))
+                ticks = min(telemetry.until_due(slice_ticks), last - emulator.tick_count)
+                telemetry.hold(runner.step(ticks, telemetry.rows))
                 if telemetry.full:
                     publish()
             publish()

@@ -15,6 +15,7 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 
 from touchline.coordination.free_area import FreeArea
+from touchline.coordination.interventions import Interventions
 from touchline.coordination.tasks import ARRIVED_M, Deploy, TeamTask, task_of
 from touchline.jobs.team.team_guide import BelievedApart, Place, run_over
 from touchline.jobs.team.team_robot import TeamRobot
@@ -139,7 +140,7 @@ class PathGuide:
         self._task: TeamTask | None = None
         self._begun_tick = 0
         self._driven: dict[str, Trajectory] = {}
-        self.believed, self.problem = BelievedApart(), ""
+        self.believed, self.interventions, self.problem = BelievedApart(), Interventions(), ""
 
     @property
     def step_ticks(self) -> int:

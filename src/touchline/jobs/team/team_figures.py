@@ -9,8 +9,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from touchline.coordination.algorithms.wish_figures import wish_figures
 from touchline.coordination.lloyd import EVEN, deployment, settled, square_cost
-from touchline.coordination.tasks import Deploy, GoalLists
 from touchline.jobs.team.team_run import TeamRun
 
 NEAR_END: Final = 1.05
@@ -25,8 +25,8 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
         wall_time_s: Its wall-clock duration.
     """
     trace, contacts, sim_s = run.trace, run.contacts, run.ticks / 100.0
-    task = {"deploy": _deployed(run)} if isinstance(run.task, Deploy) else {}
-    if isinstance(run.task, GoalLists):
+    task = {} if run.task.ends_on_arrival else {"deploy": _deployed(run)}
+    if run.task.ends_on_arrival:
         task["goals"] = {
             "arrived": int(run.arrived.sum()),
             "all_arrived_s": trace.ended_s if run.arrived.all() else None,
@@ -53,6 +53,7 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
         "driven_max_m": float(trace.driven_m.max()),
         **task,
         "believed": _believed(run),
+        **wish_figures(run.task, run.guide.interventions),
         "stopped": stopped,
         "real_time_factor": sim_s / wall_time_s,
         "wall_time_s": wall_time_s,
@@ -84,15 +85,8 @@ def _deployed(run: TeamRun) -> dict[str, Any]:
 def _believed(run: TeamRun) -> dict[str, float | None]:
     """Return how far robots were apart by their own estimates."""
     believed = run.guide.believed
-    if run.team.avoid == "plans":
-        return {
-            "nearest_plans_m": _number(believed.nearest_plans_m),
-            "off_plan_max_m": _number(believed.off_plan_m),
-        }
-    return {
-        "nearest_segments_m": _number(believed.nearest_segments_m),
-        "outside_cell_max_m": _number(believed.outside_cell_m),
-    }
+    nearest, outside = ("plans", "off_plan") if run.team.by_plans else ("segments", "outside_cell")
+    return {f"nearest_{nearest}_m": _number(believed.nearest_m), f"{outside}_max_m": _number(believed.outside_m)}
 
 
 def _stopped(run: TeamRun) -> dict[str, str]:
@@ -121,7 +115,7 @@ def _why_not(run: TeamRun) -> str:
     for name, reason in _stopped(run).items():
         if name not in faulty and not run.guide.problem:
             return f"{name} has stopped: {reason}"
-    if isinstance(run.task, GoalLists):
+    if run.task.ends_on_arrival:
         lost = [name for name, reason in run.blockages().items() if not (faulty and reason)]
         if lost:
             return f"{len(lost)} robots have not arrived: {', '.join(lost[:5])}"

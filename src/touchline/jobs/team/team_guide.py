@@ -7,7 +7,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from touchline.coordination.tasks import ARRIVED_M, GoalLists, TeamTask
+from touchline.coordination.interventions import Interventions
+from touchline.coordination.tasks import ARRIVED_M, TeamTask
 from touchline.schemas.team import TeamScenario
 
 Place = tuple[float, float]
@@ -18,16 +19,12 @@ class BelievedApart:
     """Separation of robots by their own estimates; infinite without cells or plans.
 
     Attributes:
-        nearest_segments_m: Smallest distance of two stopping segments at an update.
-        outside_cell_m: Largest distance of a stopping segment outside its robot's cell.
-        nearest_plans_m: Smallest distance of two committed plans.
-        off_plan_m: Largest distance of a robot from its plan.
+        nearest_m: Smallest distance of two stopping segments, or of two robots' plans, at an update.
+        outside_m: Largest distance of a stopping segment outside its robot's cell, or of a robot from its plan.
     """
 
-    nearest_segments_m: float = math.inf
-    outside_cell_m: float = -math.inf
-    nearest_plans_m: float = math.inf
-    off_plan_m: float = -math.inf
+    nearest_m: float = math.inf
+    outside_m: float = -math.inf
 
 
 def run_over(team: TeamScenario, task: TeamTask | None, ticks: int, places: Mapping[str, Place]) -> bool:
@@ -42,7 +39,7 @@ def run_over(team: TeamScenario, task: TeamTask | None, ticks: int, places: Mapp
     if task is None:
         return False
     late = ticks >= 100.0 * team.duration_s - 0.5
-    if late or not isinstance(task, GoalLists):
+    if late or not task.ends_on_arrival:
         return late
     return all(math.dist(at, task.last.get(name, at)) <= ARRIVED_M for name, at in places.items())
 
@@ -57,6 +54,11 @@ class TeamGuide(Protocol):
 
     believed: BelievedApart
     problem: str
+
+    @property
+    def interventions(self) -> Interventions:
+        """Changes of wishes so far."""
+        ...
 
     @property
     def step_ticks(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time
 import uuid
@@ -174,6 +175,7 @@ class TeamOnBus:
             "missing": list(self._report.missing),
             "cost_of_squares": self._status.cost_of_squares,
             "stopped": stopped,
+            **(json.loads(self._report.wishes_json) if self._report.wishes_json else {}),
             "bus": {"received": bus.counters.received, "lost": bus.counters.lost},
             "recording": recording,
             "real_time_factor": sim_s / wall_s,

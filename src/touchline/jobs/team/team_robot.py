@@ -52,24 +52,23 @@ class TeamRobot:
         self._runner = FastRunner(self.emulator)
         self._rows = np.zeros((0, tick_log.columns(len(setup.vehicle.drive.actuators))))
 
-    def begin_guided(self) -> None:
+    def begin_guided(self, *, plans: bool) -> None:
         """Start to be guided.
+
+        Args:
+            plans: Whether by plans instead of cells.
 
         Raises:
             CommandRefused: Such a robot cannot be guided.
         """
         self._tell_held()
-        self.emulator.begin_guided()
+        self.emulator.begin_guided(plans=plans)
         if self.telemetry is not None:
             self._publish(self.telemetry.begin([]))
 
     def take_guidance(self, payloads: Guidance) -> None:
         """Take guidance from the coordinator; with a listener it counts among the robot's orders."""
         (self.emulator.onboard if self._listener is None else self.emulator).take_guidance(payloads)
-
-    def follow_plan(self, plan: Floats) -> None:
-        """Follow a committed plan from now on, as of `GuidedDrive.follow`."""
-        self.emulator.onboard.follow_plan(plan)
 
     def touch(self) -> None:
         """Trigger its bumper from the next tick on, as over the bus."""

@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from touchline.coordination.body_contacts import BodyContacts, body_radius_m
 from touchline.coordination.coordination import LOST_S
 from touchline.coordination.density import Density
-from touchline.coordination.lloyd import EVEN, deployment
+from touchline.coordination.lloyd import deployment
 from touchline.coordination.start_poses import free_area, start_poses
-from touchline.coordination.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask
-from touchline.jobs.team.cell_guide import CellGuide, TeamListener
+from touchline.coordination.tasks import ARRIVED_M, TeamTask
+from touchline.jobs.team.hub_guide import HubGuide, TeamListener
 from touchline.jobs.team.path_guide import PathGuide
-from touchline.jobs.team.plan_guide import PlanGuide
 from touchline.jobs.team.team_guide import TeamGuide
 from touchline.jobs.team.team_robot import TeamRobot
 from touchline.schemas import topics
@@ -115,10 +114,8 @@ class TeamRun:
         several = min(threads, len(self.names)) if listener is None else 1  # a listener hears one robot after another
         self._shares = [range(first, len(self.names), several) for first in range(several)]
         self.guide: TeamGuide
-        if team.avoid == "cells":
-            self.guide = CellGuide(team, self.area, self.robots, listener)
-        elif team.avoid == "plans":
-            self.guide = PlanGuide(team, self.area, self.robots)
+        if team.avoid == "cells" or team.by_plans:
+            self.guide = HubGuide(team, self.area, self.robots, listener)
         else:
             self.guide = PathGuide(team, self.area, self.robots)
 
@@ -213,7 +210,7 @@ class TeamRun:
     @property
     def arrived(self) -> NDArray[np.bool_]:
         """Return (n,) whether each robot is truly at its last goal."""
-        goals = self.task.last if isinstance(self.task, GoalLists) else {}
+        goals = self.task.last
         wanted = np.array([goals.get(name, tuple(at)) for name, at in zip(self.names, self.places(), strict=True)])
         found: NDArray[np.bool_] = np.hypot(*(self.places() - wanted).T) <= ARRIVED_M + BELIEVED_M
         return found
@@ -234,8 +231,7 @@ class TeamRun:
             return "its computer hangs"
         if blockage := self.guide.blockage(name):
             return blockage
-        goals = self.task.last if isinstance(self.task, GoalLists) else {}
-        goal = np.array(goals.get(name, (math.nan, math.nan)))
+        goal = np.array(self.task.last.get(name, (math.nan, math.nan)))
         for other, place in zip(self.names, self.places(), strict=True):
             if other != name and self.robots[other].stopped and np.hypot(*(place - goal)) < _TAKEN * self.team.radius_m:
                 return f"{other}, which has stopped, stands at its goal"
@@ -243,8 +239,8 @@ class TeamRun:
 
     @property
     def density(self) -> Density:
-        """Return φ of the task, or a uniform one."""
-        return self.task.density if isinstance(self.task, Deploy) else EVEN
+        """Return φ of the task."""
+        return self.task.density
 
     @property
     def hashes(self) -> dict[str, str]:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.timed_motion import COLUMNS, X, Y, motion_at
+from touchline.core.timed_motion import COLUMNS
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.control.cell_steering import SteeringLimits
@@ -21,11 +21,12 @@ from touchline.onboard.executive.cell_keeper import CellKeeper, Segment
 from touchline.onboard.executive.geofence import FenceArrays
 from touchline.onboard.executive.guided_tick import GuidedCourse, drive_on, stopping_point
 from touchline.onboard.executive.localization_monitor import LocalizationMonitor
+from touchline.onboard.executive.plan_keeper import PlanKeeper
 from touchline.onboard.executive.traversal_job import JobProgress, Step
 from touchline.onboard.interface import TICK_S, TICKS_PER_S, Command, PaintBelief
 from touchline.onboard.protection.way import lay_straight
 from touchline.schemas.errors import CommandRefused
-from touchline.schemas.messages import Guidance, Whereabouts
+from touchline.schemas.messages import Guidance, PlanState, Whereabouts
 from touchline.schemas.onboard import TeamLimits
 from touchline.schemas.vehicles import Vehicle
 
@@ -46,6 +47,8 @@ class GuidedDrive:
         estimator: Estimator,
         watch: LocalizationMonitor,
         computer: ComputerState,
+        *,
+        plans: bool = False,
     ) -> None:
         """Begin where the robot stands, not yet aligned.
 
@@ -55,6 +58,7 @@ class GuidedDrive:
             estimator: Estimator of the pose.
             watch: Monitor of the pose.
             computer: State of the computer.
+            plans: Whether guidance has plans instead of cells.
 
         Raises:
             CommandRefused: The robot cannot turn on the spot, so it could not stop anywhere in a cell and continue.
@@ -64,7 +68,7 @@ class GuidedDrive:
             remedy = "give it trajectories"
             raise CommandRefused(f"cannot be guided: the robot cannot turn on the spot, as cells need it; {remedy}")
         self._drive, self._estimator, self._watch, self._computer = drive_of(vehicle), estimator, watch, computer
-        self._keeper = CellKeeper(team)
+        self._cell, self._plan = CellKeeper(team), PlanKeeper() if plans else None
         self._aligned = False
         computer.leg.reset(half_tick_share=1.0 - math.exp(-0.5 * TICK_S / max(self._drive.lag_s, TICK_S)))
         computer.guidance.reset()
@@ -92,8 +96,10 @@ class GuidedDrive:
         )
 
     def receive(self, guidance: Guidance) -> bool:
-        """See `CellKeeper.receive`."""
-        keeper = self._keeper
+        """Take guidance, as of `CellKeeper.receive` or `PlanKeeper.receive`."""
+        if self._plan is not None:
+            return self._receive_plan(self._plan, guidance)
+        keeper = self._cell
         taken = keeper.receive(guidance, self._stopping_segment())
         until_tick = math.floor(keeper.until_s * TICKS_PER_S + 0.5)
         self.course = self.course._replace(
@@ -101,21 +107,12 @@ class GuidedDrive:
         )
         return taken
 
-    def follow(self, plan: Floats) -> None:
-        """Follow a committed plan from now on instead of guidance by cells.
-
-        Args:
-            plan: (m, 5) samples of `timed_motion` from now on; the last one is at rest, so that no lease is needed.
-        """
-        tick, last_tick = self._computer.clock.tick, np.iinfo(np.int64).max
-        self.course = self.course._replace(plan=plan, plan_tick=tick, until_tick=int(last_tick))
-
-    def off_plan_m(self) -> float:
-        """Return how far the robot believes to be from where its plan is now, as of `plan_steering` (m)."""
-        course = self.course
-        self._stop(self._computer.array, course)  # fills in the motion
-        motion_at(course.plan, (self._computer.clock.tick - course.plan_tick) * TICK_S, course.planned)
-        return math.hypot(course.motion[X] - course.planned[X], course.motion[Y] - course.planned[Y])
+    def _receive_plan(self, keeper: PlanKeeper, guidance: Guidance) -> bool:
+        """Take a plan; it ends at rest, so it needs no lease."""
+        taken = keeper.receive(guidance, self._computer.clock.tick)
+        last_tick = int(np.iinfo(np.int64).max)
+        self.course = self.course._replace(plan=keeper.plan, plan_tick=keeper.plan_tick, until_tick=last_tick)
+        return taken
 
     def _stopping_segment(self) -> Segment:
         """Return the place of the robot, and its stopping point if it braked now, x + iy (m)."""
@@ -129,12 +126,34 @@ class GuidedDrive:
         return code
 
     @property
-    def whereabouts(self) -> Whereabouts:
-        """Message to the coordinator after the last tick."""
+    def whereabouts(self) -> Whereabouts | None:
+        """Message to a coordinator that guides by cells, after the last tick; None if it does not."""
         stamp_s = self._computer.clock.tick / TICKS_PER_S
+        if self._plan is not None:
+            return None
         if not self._aligned:
             return Whereabouts(stamp_s=stamp_s, aligned=False)
-        return self._keeper.report(stamp_s, self._stopping_segment())
+        return self._cell.report(stamp_s, self._stopping_segment())
+
+    @property
+    def plan_state(self) -> PlanState | None:
+        """Message to a coordinator that guides by plans, after the last tick; None if it does not."""
+        stamp_s = self._computer.clock.tick / TICKS_PER_S
+        if self._plan is None:
+            return None
+        if not self._aligned:
+            return PlanState(stamp_s=stamp_s, aligned=False)
+        estimate = self._estimator.estimate()
+        return PlanState(
+            stamp_s=stamp_s,
+            x_m=float(estimate[0]),
+            y_m=float(estimate[1]),
+            heading_rad=float(estimate[2]),
+            speed_mps=float(estimate[3]),
+            yaw_rate_radps=float(estimate[4]),
+            adopted=self._plan.adopted,
+            decided=self._plan.decided,
+        )
 
     def run(self) -> Asking[Step]:
         """Run one tick towards the target, as `guided_tick.guide`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from touchline.onboard.control.cell_steering import HEADING, SPEED, SteeringLimi
 from touchline.onboard.control.path_tracker import observe
 from touchline.onboard.control.plan_steering import follow_plan
 from touchline.onboard.drives.onboard_drive import command as drive_command
+from touchline.onboard.drives.onboard_drive import twist as drive_twist
 from touchline.onboard.executive.geofence import FenceArrays
 from touchline.onboard.executive.hazards import NOTHING
 from touchline.onboard.executive.localization_monitor import GOOD, speaks_against_driving
@@ -24,6 +25,10 @@ from touchline.onboard.interface import TICK_S
 from touchline.onboard.protection.way import CLEAR, hold_to_cap, watch_way
 
 Floats = NDArray[np.float64]
+
+# Excess of speed from which on turning is given up, and how often half of it is.
+_FASTER_MPS: Final = 1e-6
+_HALVINGS: Final = 6
 
 
 class GuidedCourse(NamedTuple):
@@ -77,6 +82,27 @@ def look_ahead(computer: Computer, lag_s: float, motion: Floats) -> None:
 
 
 @kernel
+def _command(drive: Any, speed_mps: float, rate_radps: float, now: Floats, actuators: Floats) -> None:
+    """Fill in the commands of a twist; where actuators cannot do both, braking goes before turning.
+
+    Each actuator clips what it cannot do by itself, which may leave a robot that turns nothing to brake with.
+
+    Args:
+        drive: Parameters of the drive.
+        speed_mps: Speed.
+        rate_radps: Yaw rate.
+        now: State of the tracking.
+        actuators: Filled in.
+    """
+    drive_command(drive, speed_mps, rate_radps, now, actuators)
+    for _ in range(_HALVINGS):
+        if drive_twist(drive, actuators, now)[0] <= speed_mps + _FASTER_MPS:
+            return
+        rate_radps = 0.5 * (rate_radps + now[tracking.YAW_RATE])
+        drive_command(drive, speed_mps, rate_radps, now, actuators)
+
+
+@kernel
 def drive_on(computer: Computer, course: GuidedCourse) -> None:
     """Fill in the actuators' commands: towards the target, or braking straight ahead.
 
@@ -103,7 +129,7 @@ def drive_on(computer: Computer, course: GuidedCourse) -> None:
     command = c.command
     if c.way.on:  # braking on the same way is what the cell permits
         guidance.speed_mps = min(guidance.speed_mps, max(c.way.limit_mps, before_mps - c.way.planned_mps2 * TICK_S))
-    drive_command(course.drive, guidance.speed_mps, rate, c.leg.now, command.actuators)
+    _command(course.drive, guidance.speed_mps, rate, c.leg.now, command.actuators)
     if c.way.on:
         hold_to_cap(course.drive, computer, command.actuators)
     command.valve, command.disc, command.valve_after_s = False, False, 0.0

@@ -174,14 +174,18 @@ class Traversal:
         self._log.report(INFO, "replaced", f"another trajectory took over under way, {arc_m:.2f} m along it")
         return plan.total_time_s
 
-    def begin_guided(self, team: TeamLimits) -> None:
+    def begin_guided(self, team: TeamLimits, *, plans: bool) -> None:
         """Follow a coordinator's guidance from now on; the robot stands until the first guidance arrives.
+
+        Args:
+            team: Limits of the team.
+            plans: Whether guidance has plans instead of cells.
 
         Raises:
             CommandRefused: Not in this state, or this robot cannot be guided.
         """
         self.check_load()
-        self.job = GuidedDrive(self._vehicle, team, self._estimator, self._watch, self._computer)
+        self.job = GuidedDrive(self._vehicle, team, self._estimator, self._watch, self._computer, plans=plans)
         self._hazards.take_fence_away()
         self.clock.elapsed_s = 0.0
         self._fallbacks_before = -self._follower.fallbacks

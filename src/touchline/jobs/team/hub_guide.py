@@ -1,4 +1,4 @@
-"""Guidance of a team by cells: its coordinator, and the radio to the robots."""
+"""Guidance of a team by cells or plans: its coordinator, and the radio to the robots."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from touchline.coordination.coordination import Coordination
 from touchline.coordination.exchange import Exchange
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.guidance_messages import header_at, stamped_guidance
+from touchline.coordination.interventions import Interventions
+from touchline.coordination.plans.plan_hub import OffPlan
 from touchline.coordination.task_statistics import TaskStatistics
 from touchline.coordination.tasks import TeamTask
 from touchline.coordination.team_status import team_messages
@@ -26,8 +28,8 @@ TeamListener = Callable[[str, list[Payload]], None]
 """Called with the sender, a robot or the team's namespace for the coordinator, and its messages."""
 
 
-class CellGuide:
-    """Guide of a team by cells."""
+class HubGuide:
+    """Guide of a team by its coordinator."""
 
     def __init__(
         self, team: TeamScenario, area: FreeArea, robots: Mapping[str, TeamRobot], listener: TeamListener | None = None
@@ -47,10 +49,10 @@ class CellGuide:
         self._coordination = Coordination(team, area)
         self._exchange = Exchange(team, self._coordination)
         self.believed, self.problem = BelievedApart(), ""
-        self._area, self._kind, self._listener = area, team.task.kind, listener
-        self._statistics, self._updates, self._ended = TaskStatistics(self._coordination, self._kind), 0, False
+        self._team, self._area, self._listener = team, area, listener
+        self._statistics, self._updates, self._ended = TaskStatistics(self._coordination, team.task.kind), 0, False
         for robot in robots.values():
-            robot.begin_guided()
+            robot.begin_guided(plans=team.by_plans)
 
     @property
     def step_ticks(self) -> int:
@@ -67,13 +69,22 @@ class CellGuide:
         """Return robots that are not localized, as of `TeamGuide`."""
         return self._coordination.waits_for
 
+    @property
+    def interventions(self) -> Interventions:
+        """Changes of wishes so far, as of `TeamGuide`."""
+        hub = self._coordination.hub
+        return Interventions() if hub is None else hub.interventions
+
     def talk(self, tick: int, awake: Collection[str]) -> bool:
         """Exchange messages with the robots, as of `TeamGuide`."""
         robots = {name: robot for name, robot in self._robots.items() if name in awake}
-        whereabouts = {name: each.emulator.onboard.whereabouts for name, each in robots.items()}
+        onboard = {name: each.emulator.onboard for name, each in robots.items()}
+        whereabouts = {
+            name: each.plan_state if self._team.by_plans else each.whereabouts for name, each in onboard.items()
+        }
         try:
             guidance = self._exchange.at(tick, {name: each for name, each in whereabouts.items() if each is not None})
-        except SegmentsMeet as error:
+        except (SegmentsMeet, OffPlan) as error:
             guidance = {}
             self._pause_all(str(error))
         hearing = {} if self.finished(tick) else robots  # they are to brake then, as over the bus
@@ -86,8 +97,8 @@ class CellGuide:
         if hub is None or not self._exchange.updated:
             return False
         believed = self.believed
-        believed.nearest_segments_m = min(believed.nearest_segments_m, hub.nearest_segments_m)
-        believed.outside_cell_m = max(believed.outside_cell_m, *hub.outside_cells_m.values())
+        believed.nearest_m = min(believed.nearest_m, hub.nearest_m)
+        believed.outside_m = max(believed.outside_m, *hub.outside_m.values())
         return True
 
     def _publish(self, tick: int, guidance: Mapping[str, list[Guidance]], awake: Collection[str]) -> None:
@@ -103,7 +114,11 @@ class CellGuide:
             hear(name, [(topics.GUIDANCE, encode(each)) for each in stamped_guidance(guidance.get(name, ()), tick)])
         if not updated:
             return
-        known: dict[str, str | int] = {"task": self._kind, "updates": self._updates, "robots": len(self._robots)}
+        known: dict[str, str | int] = {
+            "task": self._team.task.kind,
+            "updates": self._updates,
+            "robots": len(self._robots),
+        }
         known |= {"problem": self.problem} if self.problem else {}
         cells, status = team_messages(self._coordination, self._area, tick, known)
         news: list[Payload] = [(topics.TEAM_CELLS, encode(cells)), (topics.TEAM_STATUS, encode(status))]

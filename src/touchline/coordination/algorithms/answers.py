@@ -1,0 +1,200 @@
+"""Answers of algorithms, which may be anything: checked before a robot follows them."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Sequence
+from time import perf_counter
+from typing import Any, Final, TypeVar
+
+import numpy as np
+
+from touchline.coordination.algorithms.team_algorithm import (
+    HOLD,
+    MOST_BYTES,
+    GoalWish,
+    Hold,
+    PathWish,
+    TwistWish,
+    VelocityWish,
+    Wish,
+)
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.plugins import log_plugin_error
+
+T = TypeVar("T")
+
+NOT_FINITE: Final = "not-finite"
+WRONG_SHAPE: Final = "wrong-shape"
+LATE: Final = "late"
+RAISED: Final = "raised"
+TOO_LONG: Final = "message-too-long"
+TOO_FAST: Final = "too-fast"
+REASONS: Final = {
+    NOT_FINITE: "a number of its wish is not finite",
+    WRONG_SHAPE: "its answer is not of the kind that is asked for",
+    LATE: "it took longer than an update to answer",
+    RAISED: "it raised an exception",
+    TOO_LONG: f"its message is longer than {MOST_BYTES:,} bytes",
+    TOO_FAST: "it wished for more than the largest speed, which it got",
+}
+"""Wrong answers, by the code that reports name them by."""
+_MOST_POINTS: Final = 10_000
+"""Points of a path."""
+MOST_WRONG: Final = 3
+"""Wrong answers in a row after which a robot holds until the run ends."""
+
+
+class WrongAnswer(TouchlineError):
+    """Answer that cannot be followed.
+
+    Attributes:
+        code: One of `REASONS`.
+        detail: What is wrong with this one.
+    """
+
+    def __init__(self, code: str, detail: str = "") -> None:
+        """Tell by a code and, where it helps, a detail what is wrong."""
+        self.code, self.detail = code, detail
+        super().__init__(f"{REASONS[code]}{f': {detail}' if detail else ''}")
+
+
+class AnswerBook:
+    """Wrong answers of one robot's algorithm.
+
+    Attributes:
+        counts: How often each code of `REASONS` came up.
+        first: The first wrong answer in words; empty if there is none.
+        dismissed: Whether its robot holds from now on.
+    """
+
+    def __init__(self) -> None:
+        """Start without any."""
+        self.counts: Counter[str] = Counter()
+        self.first, self.dismissed = "", False
+        self._in_a_row = 0
+
+    def right(self) -> None:
+        """Count an answer that can be followed."""
+        self._in_a_row = 0
+
+    def wrong(self, error: WrongAnswer, now_s: float) -> None:
+        """Count one that cannot.
+
+        Args:
+            error: What is wrong with it.
+            now_s: Time since the team began.
+        """
+        self.counts[error.code] += 1
+        self.first = self.first or f"at {now_s:.1f} s {error}"
+        self._in_a_row += 1
+        self.dismissed = self._in_a_row >= MOST_WRONG
+
+    def clipped(self, now_s: float) -> None:
+        """Count a wish for more than the largest speed."""
+        self.counts[TOO_FAST] += 1
+        self.first = self.first or f"at {now_s:.1f} s {REASONS[TOO_FAST]}"
+
+
+def asked_in_time(question: Callable[[], T], most_s: float) -> T:
+    """Return the answer to a question.
+
+    Raises:
+        WrongAnswer: It raised an exception, or took too long.
+    """
+    begun_s = perf_counter()
+    try:
+        found = question()
+    except (Exception, SystemExit) as error:
+        log_plugin_error("the team's algorithm failed")
+        raise WrongAnswer(RAISED, f"{type(error).__name__}: {error}") from error
+    if (took_s := perf_counter() - begun_s) > most_s:
+        raise WrongAnswer(LATE, f"{took_s:.2f} s, of {most_s:g} s")
+    return found
+
+
+def checked_wish(answer: Any, speed_max_mps: float) -> tuple[Wish, bool]:
+    """Return an answer as a wish that can be followed, and whether it had to be slowed down.
+
+    Args:
+        answer: Anything.
+        speed_max_mps: Largest speed of the robot.
+
+    Raises:
+        WrongAnswer: It is no wish, or has numbers that are not finite.
+    """
+    match answer:
+        case Hold():
+            return HOLD, False
+        case GoalWish():
+            return GoalWish(*_finite(answer.x_m, answer.y_m)), False
+        case VelocityWish():
+            x, y = _finite(answer.x_mps, answer.y_mps)
+            slower = _slower(math.hypot(x, y), speed_max_mps)
+            return VelocityWish(x * slower, y * slower), slower < 1.0
+        case TwistWish():
+            speed, rate = _finite(answer.speed_mps, answer.yaw_rate_radps)
+            slower = _slower(abs(speed), speed_max_mps)
+            return TwistWish(speed * slower, rate), slower < 1.0
+        case PathWish():
+            points = [_finite(*_pair(point)) for point in _listed(answer.points_m)]
+            return PathWish(tuple(points)), False
+    raise WrongAnswer(WRONG_SHAPE, f"{type(answer).__name__} is no wish")
+
+
+def checked_message(payload: Any) -> bytes | None:
+    """Return a message that can be sent, or None.
+
+    Raises:
+        WrongAnswer: It is not bytes, or too many.
+    """
+    if payload is not None and not isinstance(payload, bytes):
+        raise WrongAnswer(WRONG_SHAPE, f"its message is {type(payload).__name__}, not bytes")
+    if payload is not None and len(payload) > MOST_BYTES:
+        raise WrongAnswer(TOO_LONG, f"{len(payload):,}")
+    return payload
+
+
+def _slower(speed_mps: float, most_mps: float) -> float:
+    """Return the factor that brings a speed down to the largest."""
+    return most_mps / speed_mps if speed_mps > most_mps * (1.0 + 1e-9) else 1.0
+
+
+def _listed(points: Any) -> list[Any]:
+    """Return a path's points.
+
+    Raises:
+        WrongAnswer: They are no sequence, none at all, or too many.
+    """
+    if not isinstance(points, Sequence | np.ndarray) or not 1 <= len(points) <= _MOST_POINTS:
+        raise WrongAnswer(WRONG_SHAPE, f"a path is a sequence of 1 to {_MOST_POINTS:,} points")
+    return list(points)
+
+
+def _pair(point: Any) -> tuple[Any, Any]:
+    """Return x and y of a point.
+
+    Raises:
+        WrongAnswer: It does not have two numbers.
+    """
+    try:
+        x, y = point
+    except (TypeError, ValueError) as error:
+        raise WrongAnswer(WRONG_SHAPE, f"{point!r:.40} is no point x, y") from error
+    return x, y
+
+
+def _finite(*numbers: Any) -> tuple[float, float]:
+    """Return two numbers.
+
+    Raises:
+        WrongAnswer: One is no number, or not finite.
+    """
+    try:
+        x, y = (float(number) for number in numbers)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise WrongAnswer(WRONG_SHAPE, str(error)) from error
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise WrongAnswer(NOT_FINITE, f"{x:g}, {y:g}")
+    return x, y

@@ -1,0 +1,204 @@
+"""Plans that keep apart by barrier certificates: all robots' commands are changed together, as little as possible.
+
+A command (speed and yaw rate) drives a robot for a period; the backup is to brake to rest. With D the least distance of
+two plans, h = D − 2·r_s if both brake at once. Commands must keep D ≥ 2·r_s + (1 − γ)·h; with γ = 1 that is what
+committed plans keep. D is linearised at braking, which so satisfies every row, and a quadratic program finds the
+commands nearest to the wishes. As D is not linear, the answer is checked with the exact distances, and robots of pairs
+that violate them are scaled towards braking, which is always permitted: it is the rest of the old plan.
+
+After Wang, Ames, Egerstedt, "Safety barrier certificates for collisions-free multirobot systems", IEEE Transactions on
+Robotics 33(3), 2017, with a backup as in Gurriet et al., IEEE Access 8, 2020.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.coordination.algorithms.team_algorithm import Wish
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.plans import barrier_kernels as b
+from touchline.coordination.plans import plan_kernels as k
+from touchline.coordination.plans.committed_plans import CommittedPlans
+from touchline.core import timed_motion as t
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+GAMMA: Final = 1.0
+"""Share of h that may be used up in a period."""
+_TURNING_WEIGHT: Final = 0.05
+"""Weight of a changed yaw rate against a changed speed (m²/rad²)."""
+_STEPS: Final = (0.02, 0.05)
+"""Steps of finite differences: speed (m/s), yaw rate (rad/s)."""
+_TOLERANCES_M: Final = (1e-6, 1e-5)
+"""Tolerances of rows, the first one usually; rows that meet at braking need the second one."""
+_HALVINGS: Final = 6
+_ROUNDING_M: Final = 1e-9
+_APPROACH_1PS: Final = 1.0
+"""Speed towards a goal at which a robot is to stop, by distance."""
+
+
+class BarrierPlans(CommittedPlans):
+    """Plans of a team by barrier certificates; wishes are those of `CommittedPlans`.
+
+    Attributes:
+        infeasible: Updates in which the quadratic program had no answer.
+    """
+
+    def __init__(self, poses: Floats, area: FreeArea, limits: k.PlanLimits) -> None:
+        """Let all robots stay where they stand.
+
+        Args:
+            poses: (n, 3) x, y (m), heading (rad).
+            area: The area.
+            limits: Limits of plans.
+
+        Raises:
+            TooNear: Two robots, or one and a wall, are nearer than plans may be.
+        """
+        super().__init__(poses, area, limits)
+        self.infeasible = 0
+        self._asked = np.zeros(len(poses), dtype=np.complex128)
+
+    def update(self, wishes: Sequence[Wish]) -> None:
+        """Let a period pass, and change the wishes of all robots as little as possible."""
+        self._asked[:] = 0.0
+        super().update(wishes)
+        self._filter()
+
+    def choose_by(self, wishes: NDArray[np.complex128], order: Sequence[int]) -> None:
+        """Let a period pass, and robots wish velocities (m/s); those that are not in the order wish to stand."""
+        self._asked[:] = 0.0
+        super().choose_by(wishes, order)
+        self._filter()
+
+    def _commit(self, who: int, aim: complex, *, stops: bool) -> None:
+        """Note a wished velocity; all are looked at together."""
+        way = aim - complex(*self.plans[who, 0, :2]) if stops else aim
+        speed_mps = min(_APPROACH_1PS * abs(way), self._limits.speed_max_mps) if stops else abs(way)
+        self._asked[who] = cmath.rect(speed_mps, cmath.phase(way)) if way else 0j
+        self._velocities[who] = self._asked[who]
+
+    def _filter(self) -> None:
+        """Choose the commands nearest to the wishes that keep all apart."""
+        limits, around, plans = self._limits, self._around, self.plans
+        wished = self._commands()
+        low = np.column_stack((np.maximum(plans[:, 0, t.SPEED] - self._gain_mps, 0.0), -self._most_radps()))
+        high = np.column_stack(
+            (np.minimum(plans[:, 0, t.SPEED] + self._gain_mps, limits.speed_max_mps), self._most_radps())
+        )
+        wished = np.clip(wished, low, high)
+        braking = np.column_stack((low[:, 0], np.zeros(len(plans))))
+        backup = self._rolled_out(np.zeros_like(braking))
+        pairs = b.near_pairs(plans, self._range_m)
+        at, need = np.zeros(len(pairs) + len(plans)), np.full(len(pairs) + len(plans), limits.wall_m)
+        need[: len(pairs)] = limits.apart_m
+        b.distances_m(backup, pairs, around, at)
+        commands = self._nearest(wished, braking, (low, high), pairs, at - need)
+        found = self._kept_apart(commands, braking, backup, pairs, need)
+        unhindered = self._rolled_out(wished)
+        end = limits.brakes_at
+        self.changes[:, 0] = found[:, end, t.SPEED] - unhindered[:, end, t.SPEED]
+        self.changes[:, 1] = found[:, end, t.YAW_RATE] - unhindered[:, end, t.YAW_RATE]
+        plans[:] = found
+
+    @property
+    def _gain_mps(self) -> float:
+        """Change of speed within a period."""
+        return self._limits.acceleration_mps2 * self._limits.drive_steps * t.STEP_S
+
+    @property
+    def _range_m(self) -> float:
+        """Distance beyond which two robots cannot come too near whatever they do."""
+        limits = self._limits
+        reach_m = limits.speed_max_mps * (
+            limits.drive_steps * t.STEP_S + limits.speed_max_mps / limits.acceleration_mps2
+        )
+        return limits.apart_m + 2.0 * reach_m
+
+    def _most_radps(self) -> Floats:
+        """Return (n,) the largest yaw rate of each robot."""
+        limits, speeds = self._limits, np.maximum(self.plans[:, 0, t.SPEED] + self._gain_mps, 1e-3)
+        fastest = np.minimum(speeds, limits.speed_max_mps)
+        return np.minimum(limits.yaw_rate_max_radps, limits.lateral_acceleration_mps2 / fastest)
+
+    def _commands(self) -> Floats:
+        """Return (n, 2) the commands that are wished: to turn to the velocity, and drive as far as it lies ahead."""
+        period_s = self._limits.drive_steps * t.STEP_S
+        headings = self.plans[:, 0, t.HEADING]
+        turns = np.array([math.remainder(cmath.phase(each), math.tau) for each in self._asked.tolist()]) - headings
+        turns = np.where(np.abs(self._asked) > 0.0, np.remainder(turns + math.pi, math.tau) - math.pi, 0.0)
+        return np.column_stack((np.abs(self._asked) * np.maximum(np.cos(turns), 0.0), turns / period_s))
+
+    def _rolled_out(self, commands: Floats) -> Floats:
+        """Return the plans (n, m, 5) of commands (n, 2)."""
+        plans = self.plans.copy()
+        b.roll_out_all(plans, np.ascontiguousarray(commands), self._limits)
+        return plans
+
+    def _nearest(
+        self, wished: Floats, braking: Floats, bounds: tuple[Floats, Floats], pairs: Ints, spare_m: Floats
+    ) -> Floats:
+        """Return the commands (n, 2) nearest to the wished ones that the linear rows permit.
+
+        Args:
+            wished: (n, 2).
+            braking: (n, 2) at which rows are taken.
+            bounds: Least and largest commands, (n, 2) each.
+            pairs: (p, 2) robots near to each other.
+            spare_m: (p + n,) distances if all brake less what they must be.
+        """
+        import daqp
+
+        n, p = len(wished), len(pairs)
+        rows = np.zeros((p + n, 2 * n))
+        backup = self._rolled_out(np.zeros_like(braking))
+        at = np.zeros(p + n)
+        b.distances_m(backup, pairs, self._around, at)
+        slope = np.zeros((p + n, 2))
+        every, each = np.arange(p), np.arange(n)
+        for column, step in enumerate(_STEPS):
+            changed = braking.copy()
+            changed[:, column] += step
+            b.slopes(backup, self._rolled_out(changed), step, pairs, self._around, at, slope)
+            rows[every, 2 * pairs[:, 0] + column] = slope[:p, 0]
+            rows[every, 2 * pairs[:, 1] + column] = slope[:p, 1]
+            rows[p + each, 2 * each + column] = slope[p:, 0]
+        needed = np.isfinite(spare_m)
+        least = rows @ braking.ravel() - GAMMA * np.where(needed, np.maximum(spare_m, 0.0), 0.0)
+        weights = np.tile((1.0, _TURNING_WEIGHT), n)
+        lower = np.concatenate((bounds[0].ravel(), least[needed]))
+        upper = np.concatenate((bounds[1].ravel(), np.full(int(needed.sum()), 1e30)))
+        matrix = np.ascontiguousarray(rows[needed])
+        for tolerance_m in _TOLERANCES_M:
+            answer: tuple[Any, ...] = daqp.solve(
+                np.diag(weights), -weights * wished.ravel(), matrix, upper, lower, primal_tol=tolerance_m
+            )
+            if answer[2] > 0:
+                return np.clip(np.reshape(answer[0], (n, 2)), *bounds)
+        self.infeasible += 1
+        return braking
+
+    def _kept_apart(self, commands: Floats, braking: Floats, backup: Floats, pairs: Ints, need: Floats) -> Floats:
+        """Return the plans (n, m, 5) of commands, scaled towards braking where the exact distances ask for it."""
+        n, p = len(commands), len(pairs)
+        share, at = np.ones(n), np.zeros(p + n)
+        plans = self._rolled_out(commands)
+        for halving in range(_HALVINGS + 1):
+            b.distances_m(plans, pairs, self._around, at)
+            short = at < need - _ROUNDING_M
+            if not short.any():
+                return plans
+            wrong = np.zeros(n, dtype=np.bool_)
+            wrong[pairs[short[:p]].ravel()] = True
+            wrong |= short[p:]
+            share[wrong] *= 0.5 if halving < _HALVINGS - 1 else 0.0
+            scaled = self._rolled_out(braking + share[:, None] * (commands - braking))
+            plans = np.where((share > 0.0)[:, None, None], scaled, backup)
+        return backup
