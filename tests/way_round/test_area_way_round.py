@@ -1,5 +1,6 @@
 """A robot that meets what its plan does not know while it covers an area: it covers the rest, and says what is left."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from touchline.jobs.single.simulation import Job, Products
 from touchline.jobs.way_round.covered_areas import CoveredAreas, UncoveredPatch
 from touchline.jobs.way_round.way_round_simulation import WayRoundDrives, WayRoundOutcome, simulate_way_round
 from touchline.jobs.way_round.work_done import draw_work_done
+from touchline.onboard import Onboard
 from touchline.schemas.ground_piece import GroundPiece
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
@@ -62,6 +64,14 @@ def covered(person: dict[str, object], record: Path | None = None) -> Covered:
     raster.take(np.concatenate([work.ledger.rows(0) for work in drives.works]))
     assert isinstance(outcome.work, CoveredAreas)
     return Covered(outcome, outcome.work, raster.times)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def tick_by_tick() -> Iterator[None]:
+    """No nominal ticks in one kernel, which for wheels with a roller takes 20 s to compile; the bits are the same."""
+    with pytest.MonkeyPatch.context() as onboard:
+        onboard.setattr(Onboard, "nominal", lambda *_: None)
+        yield
 
 
 @pytest.fixture(scope="module")
