@@ -1,6 +1,7 @@
 """Ways round in the robot's process: it asks the planner by itself, and people can answer it or stop it."""
 
 from contextlib import ExitStack
+from functools import cache
 
 import pytest
 
@@ -15,7 +16,10 @@ from touchline.schemas.plan_cause import PlanCause
 from touchline.services.planner.request import answer
 from touchline.services.robot_sim.robot_process import RobotProcess
 
-JOB = Job.prepare(FIELD, PlanOptions(), MARKER)
+
+@cache
+def job():
+    return Job.prepare(FIELD, PlanOptions(), MARKER)
 
 
 class Meeting:
@@ -62,8 +66,8 @@ def met(bus, bus_config, operator):
     """The robot, which has set off towards the person."""
     found = Meeting(bus, bus_config, operator)
     caught_up(bus, operator)
-    cause = PlanCause.of(JOB.options, JOB.plan_report).model_dump_json()
-    load = {"trajectory": JOB.trajectory, "template_json": FIELD.to_json(), "cause_json": cause}
+    cause = PlanCause.of(job().options, job().plan_report).model_dump_json()
+    load = {"trajectory": job().trajectory, "template_json": FIELD.to_json(), "cause_json": cause}
     assert ask(operator, found, topics.LOAD, **load).success
     refused = ask(operator, found, topics.GO_ROUND)
     assert not refused.success and refused.message == "the robot does not wait before anything"

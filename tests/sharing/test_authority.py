@@ -1,6 +1,7 @@
 """How far a robot may drive: it comes to rest there, valve closed, and goes on when it is told that it may."""
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,8 +20,13 @@ from touchline.services.robot_sim.loaded_job import Taking
 
 VEHICLE = Vehicle()
 TEMPLATE = drawn((0.0, 0.0, 6.0, 0.0), (6.0, 5.0, 0.0, 5.0))
-PLAN = plan(TEMPLATE, VEHICLE)
-ON_A, BETWEEN = PLAN.painted[0].start_m + 3.0, 0.5 * (PLAN.painted[0].end_m + PLAN.painted[1].start_m)
+BETWEEN = 14.0
+"""In the turn from one line to the other."""
+
+
+@cache
+def planned():
+    return plan(TEMPLATE, VEHICLE)
 
 
 class Robot:
@@ -30,7 +36,7 @@ class Robot:
         config = OnboardConfig(follower=follower)
         self.onboard = Onboard(VEHICLE, config)
         self.emulator = Emulator(VEHICLE, Scenario(seed=3), config, self.onboard)
-        self.emulator.load(PLAN.trajectory, TEMPLATE)
+        self.emulator.load(planned().trajectory, TEMPLATE)
         self.onboard.authorize(until_m)
         self.emulator.start()
         self.runner = FastRunner(self.emulator)
@@ -95,9 +101,10 @@ def test_one_that_is_moved_on_in_time_does_not_know():
 
 
 def test_amid_a_line_the_valve_is_closed_and_the_rest_is_painted_once():
-    robot = Robot("mpc", ON_A)
+    on_a = planned().painted[0].start_m + 3.0
+    robot = Robot("mpc", on_a)
     robot.run(40)
-    assert robot.rests and robot.place == pytest.approx(ON_A, abs=0.03) and not robot.onboard.spraying
+    assert robot.rests and robot.place == pytest.approx(on_a, abs=0.03) and not robot.onboard.spraying
     before = robot.emulator.ledger.points
     robot.run(5)
     assert robot.emulator.ledger.points == before
@@ -112,7 +119,7 @@ def test_a_robot_that_is_led_takes_no_other_trajectory_under_way():
     robot = Robot("mpc", 10.0)
     robot.run(8)
     with pytest.raises(CommandRefused, match="others decide how far"):
-        robot.emulator.load(PLAN.trajectory, TEMPLATE, taking=Taking.UNDER_WAY)
+        robot.emulator.load(planned().trajectory, TEMPLATE, taking=Taking.UNDER_WAY)
 
 
 def test_without_a_trajectory_there_is_nothing_to_allow():

@@ -3,6 +3,8 @@
 import json
 from pathlib import Path
 
+import pytest
+
 from tests.meeting import eventually
 from tests.system.commands import figures, start_touchline, touchline_here
 from tests.way_round.met import LIDAR
@@ -15,6 +17,7 @@ from touchline.schemas.messages import RecordRequest, RecordStopRequest
 SHORT_SIGHTED = {**LIDAR, "max_m": 4.0, "dark_m": 4.0}
 
 
+@pytest.mark.full
 def test_the_robot_leaves_a_dead_end_and_reaches_its_goal(tmp_path: Path, bus_config: BusConfig) -> None:
     vehicle, world, record, log = (tmp_path / name for name in ("marker.json", "world.json", "goal.mcap", "up.log"))
     vehicle.write_text(json.dumps({"name": "marker", "sensors": [SHORT_SIGHTED], "protection": {"mode": "protect"}}))

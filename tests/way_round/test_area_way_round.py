@@ -1,6 +1,8 @@
 """A robot that meets what its plan does not know while it covers an area: it covers the rest, and says what is left."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ from touchline.jobs.single.simulation import Job, Products
 from touchline.jobs.way_round.covered_areas import CoveredAreas, UncoveredPatch
 from touchline.jobs.way_round.way_round_simulation import WayRoundDrives, WayRoundOutcome, simulate_way_round
 from touchline.jobs.way_round.work_done import draw_work_done
+from touchline.onboard import Onboard
 from touchline.schemas.ground_piece import GroundPiece
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
@@ -27,7 +30,10 @@ from touchline.services.robot_sim.way_round.way_round_job import goes_round
 
 pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
 
-JOB = Job.prepare(YARD, QUICK, SWEEPER)
+
+@cache
+def job() -> Job:
+    return Job.prepare(YARD, QUICK, SWEEPER)
 
 
 @dataclass(frozen=True)
@@ -56,12 +62,20 @@ def world(person: dict[str, object]) -> Setup:
 
 def covered(person: dict[str, object], record: Path | None = None) -> Covered:
     emulator = Emulator(SWEEPER, world(person).scenario)
-    drives = WayRoundDrives(emulator, JOB)
-    outcome = simulate_way_round(JOB, emulator, Products(record=record, strokes=True), drives=drives)
+    drives = WayRoundDrives(emulator, job())
+    outcome = simulate_way_round(job(), emulator, Products(record=record, strokes=True), drives=drives)
     raster = AreaRaster([area.polygon for area in YARD.areas], SWEEPER.tool.width_m)
     raster.take(np.concatenate([work.ledger.rows(0) for work in drives.works]))
     assert isinstance(outcome.work, CoveredAreas)
     return Covered(outcome, outcome.work, raster.times)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def tick_by_tick() -> Iterator[None]:
+    """No nominal ticks in one kernel, which for wheels with a roller takes 20 s to compile; the bits are the same."""
+    with pytest.MonkeyPatch.context() as onboard:
+        onboard.setattr(Onboard, "nominal", lambda *_: None)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +85,7 @@ def stood(tmp_path_factory: pytest.TempPathFactory) -> Covered:
 
 
 def test_it_covers_the_rest_and_reports_the_ground_beside_the_person(stood: Covered, tmp_path: Path) -> None:
-    figures = stood.outcome.figures(JOB)
+    figures = stood.outcome.figures(job())
     assert figures["success"] and "contacts" not in figures, figures["reason"]
     assert figures["drives"][0].startswith("goes round ")
     patch = stood.left_out[0]
@@ -105,7 +119,7 @@ def test_a_recording_of_it_can_be_run_again(stood: Covered) -> None:
 
 def test_over_the_bus_it_does_the_same(stood: Covered, bus_config: BusConfig) -> None:
     run, figures, told = run_in_one_process(YARD, QUICK, world(IN_YARD), bus_config)
-    here = stood.outcome.figures(JOB)
+    here = stood.outcome.figures(job())
     assert figures["success"] and figures["drives"][0].startswith("goes round "), figures["reason"]
     assert figures["uncovered"]["left_out_m2"] == pytest.approx(here["uncovered"]["left_out_m2"], abs=1.0)
     for name in ("covered_m2", "planned_m2", "missed_m2"):
@@ -117,7 +131,7 @@ def test_over_the_bus_it_does_the_same(stood: Covered, bus_config: BusConfig) ->
 
 def test_what_has_gone_by_the_end_of_the_job_leaves_no_patch() -> None:
     gone = covered({**IN_YARD, "motion": {"kind": "path", "points": [[6.1, 20.0]], "start_s": 90.0}})
-    figures = gone.outcome.figures(JOB)
+    figures = gone.outcome.figures(job())
     assert figures["success"] and figures["drives"][0].startswith("goes round "), figures["reason"]
     assert figures["drives"][-1] == "done" and sum(each.ground.area for each in gone.left_out) < 0.3
 

@@ -1,5 +1,6 @@
 """A robot that finds no way round: when it searches again, and how its job ends."""
 
+from functools import cache
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -23,7 +24,11 @@ from touchline.services.robot_sim.way_round.way_round_job import (
 )
 
 SHUT_IN, NOTHING = "plan begins where the robot cannot get away", f"plan {NOTHING_REACHED}: everywhere"
-PLANNED = plan(FIELD, MARKER, PlanOptions())
+
+
+@cache
+def trajectory() -> Trajectory:
+    return plan(FIELD, MARKER, PlanOptions()).trajectory
 
 
 class Stuck:
@@ -42,7 +47,7 @@ class Stuck:
             drive_problem="",
         )
         self.vehicle, self.tick_count, self.said = MARKER, 0, WayRound()
-        self.job = WayRoundJob(self, FIELD, PLANNED.trajectory, PlanCause(options=PlanOptions()), lambda: None)  # type: ignore[arg-type]
+        self.job = WayRoundJob(self, FIELD, trajectory(), PlanCause(options=PlanOptions()), lambda: None)  # type: ignore[arg-type]
 
     def note_way_round(self, said: WayRound, warning: str = "") -> None:
         self.said = said
@@ -63,7 +68,7 @@ class Stuck:
         request = self.job.rest()
         assert request is not None
         self.job.breaks_off(request, Trajectory(), ())
-        self.job.drives_on(PLANNED.trajectory)
+        self.job.drives_on(trajectory())
 
 
 class Estimate(NamedTuple):

@@ -1,5 +1,6 @@
 """A line marker that meets a person on an area: what it leaves out is told in metres of swaths."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,11 @@ BED = Template.model_validate(
     }
 )
 BESIDE = {**PERSON, "y_m": -0.5}
-JOB = Job.prepare(BED, PlanOptions(), MARKER)
+
+
+@cache
+def job() -> Job:
+    return Job.prepare(BED, PlanOptions(), MARKER)
 
 
 @pytest.fixture(scope="module")
@@ -34,13 +39,13 @@ def stood(tmp_path_factory: pytest.TempPathFactory) -> WayRoundOutcome:
     """The job with a person who stands beside the area for good, recorded."""
     setup, record = meeting(BESIDE), tmp_path_factory.mktemp("round") / "round.mcap"
     products = Products(record=record, strokes=True)
-    outcome = simulate_job(JOB, Emulator(setup.vehicle, setup.scenario, setup.onboard), products)
+    outcome = simulate_job(job(), Emulator(setup.vehicle, setup.scenario, setup.onboard), products)
     assert isinstance(outcome, WayRoundOutcome)
     return outcome
 
 
 def test_the_gaps_of_swaths_are_those_of_the_paint(stood: WayRoundOutcome) -> None:
-    work, figures = stood.work, stood.figures(JOB)
+    work, figures = stood.work, stood.figures(job())
     assert isinstance(work, PaintedDrives)
     assert figures["success"] and figures["drives"][0].startswith("goes round "), figures["reason"]
     assert work.gaps and all(gap.line_id.startswith("bed#") and gap.outline for gap in work.gaps)
@@ -61,13 +66,13 @@ def test_a_recording_and_a_picture_of_it(stood: WayRoundOutcome, tmp_path: Path)
     (verdict,) = check_file("", Path(stood.last.recording["path"]))
     assert verdict.passed, verdict
     draw_work_done(stood.work, stood.strokes, tmp_path / "round.svg")
-    assert (tmp_path / "round.svg").read_text().count('id="gap"') == len(stood.figures(JOB)["gaps"]["stretches"])
+    assert (tmp_path / "round.svg").read_text().count('id="gap"') == len(stood.figures(job())["gaps"]["stretches"])
 
 
 @pytest.mark.full  # the area that is covered goes over the bus in every run
 def test_over_the_bus_it_leaves_out_the_same(stood: WayRoundOutcome, bus_config: BusConfig) -> None:
     run, figures, _ = run_in_one_process(BED, PlanOptions(), meeting(BESIDE), bus_config)
-    here = stood.figures(JOB)
+    here = stood.figures(job())
     assert figures["success"] and len(figures["drives"]) > 1, figures["reason"]
     assert {each.line_id for each in run.work.gaps} == {each.line_id for each in stood.work.gaps}
     assert figures["gaps"]["total_m"] == pytest.approx(here["gaps"]["total_m"], abs=1.0)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -32,15 +33,19 @@ from touchline.services.robot_sim.way_round.seen_things import SeenThings
 from touchline.services.robot_sim.way_round.unpainted_lines import PASSING_BY
 from touchline.services.robot_sim.way_round.waiting import WaitingOrder
 
-JOB = Job.prepare(FIELD, PlanOptions(), MARKER)
 STROKES = Products(strokes=True)
+
+
+@cache
+def job() -> Job:
+    return Job.prepare(FIELD, PlanOptions(), MARKER)
 
 
 class Answered(WayRoundDrives):
     """Drives of a robot that an operator answers as soon as it waits."""
 
     def __init__(self, emulator: Emulator, order: WaitingOrder) -> None:
-        super().__init__(emulator, JOB)
+        super().__init__(emulator, job())
         self._order = order
 
     def gives_up(self) -> str:
@@ -51,7 +56,9 @@ class Answered(WayRoundDrives):
 def driven(person: dict[str, object], products: Products = STROKES, order: WaitingOrder | None = None):
     setup = meeting(person)
     emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard)
-    return simulate_way_round(JOB, emulator, products, drives=Answered(emulator, order) if order is not None else None)
+    return simulate_way_round(
+        job(), emulator, products, drives=Answered(emulator, order) if order is not None else None
+    )
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +69,7 @@ def stood(tmp_path_factory: pytest.TempPathFactory) -> WayRoundOutcome:
 
 
 def test_it_goes_round_and_reports_the_gap_that_the_paint_has(stood: WayRoundOutcome, tmp_path: Path) -> None:
-    figures = stood.figures(JOB)
+    figures = stood.figures(job())
     assert figures["success"] and "contacts" not in figures, figures["reason"]
     assert figures["drives"][0].startswith("goes round ") and len(figures["drives"]) > 2
     (gap,) = stood.work.gaps
@@ -97,7 +104,7 @@ def test_a_recording_of_it_can_be_run_again(stood: WayRoundOutcome) -> None:
 
 def test_in_python_it_is_the_same_session_with_a_table_of_all_drives(stood: WayRoundOutcome) -> None:
     run = touchline.simulate(touchline.plan(FIELD, vehicle=MARKER), scenario=meeting(PERSON).scenario)
-    figures = stood.figures(JOB)
+    figures = stood.figures(job())
     assert run.success and run.hash == figures["hash"]["session"]
     assert all(run.figures[name] == figures[name] for name in ("paint", "gaps", "drives"))
     assert run.duration_s == pytest.approx(figures["traversal"]["total_time_s"])
@@ -110,14 +117,14 @@ def test_in_python_it_is_the_same_session_with_a_table_of_all_drives(stood: WayR
 
 def test_a_sweep_has_the_figures_of_all_drives(stood: WayRoundOutcome) -> None:
     setup = meeting(PERSON)
-    run = perform([JOB], Task(0, 0, setup.scenario, setup.onboard))
+    run = perform([job()], Task(0, 0, setup.scenario, setup.onboard))
     assert run.success and run.figures["total_time_s"] == stood.report.total_time_s
-    assert run.figures["coverage_pct"] == stood.figures(JOB)["paint"]["coverage_pct"]
+    assert run.figures["coverage_pct"] == stood.figures(job())["paint"]["coverage_pct"]
 
 
 def test_what_has_gone_by_the_end_of_the_job_leaves_no_gap() -> None:
     outcome = driven(leaving(30.0))
-    figures = outcome.figures(JOB)
+    figures = outcome.figures(job())
     assert outcome.work.gaps == () and figures["success"], figures["reason"]
     assert figures["gaps"]["total_m"] == 0.0 and figures["drives"][-1] == "done"
     assert figures["paint"]["gap_m"] < 0.01, "the joint is painted as after a pause"
@@ -127,11 +134,11 @@ def test_an_operator_can_have_it_wait_or_leave_the_place_out_for_good() -> None:
     waited = driven(leaving(40.0), order=WaitingOrder.WAIT)
     assert waited.last.earlier == () and waited.work.gaps == () and waited.last.report.success
     left_out = driven(leaving(30.0), order=WaitingOrder.LEAVE_OUT)
-    assert [gap.outline for gap in left_out.work.gaps] == ["operator"] and "done" in left_out.figures(JOB)["drives"]
+    assert [gap.outline for gap in left_out.work.gaps] == ["operator"] and "done" in left_out.figures(job())["drives"]
 
 
 def test_a_job_that_meets_nothing_has_the_usual_report() -> None:
-    figures = driven({**PERSON, "y_m": -20.0}).figures(JOB)
+    figures = driven({**PERSON, "y_m": -20.0}).figures(job())
     assert figures["success"] and "segments" in figures and "gaps" not in figures
 
 
