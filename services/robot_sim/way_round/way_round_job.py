@@ -291,6 +291,10 @@ class WayRoundJob:
         self._end(f"{NO_WAY_ON if unexplained else REST_LEFT_OUT}: {why}")
         return f"{NO_WAY_ON}: {why}" if unexplained else REST_LEFT_OUT
 
+    def stays(self, why: str) -> None:
+        """End the job, with all that is not done, because the robot does not take the next plan."""
+        self._end(f"{NO_WAY_ON}: {why}")
+
     @property
     def _goes_in_vain(self) -> bool:
         """True if ways round do not lead to new work."""
