@@ -11,7 +11,12 @@ from touchline.schemas.template import Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.collision.checker import CollisionChecker
-from touchline.services.planner.collision.clear_lines import ReachableLines, reachable_lines, with_room
+from touchline.services.planner.collision.clear_lines import (
+    ReachableLines,
+    clear_modes,
+    reachable_lines,
+    with_room,
+)
 from touchline.services.planner.collision.kept_clearance import with_standing_clearance
 from touchline.services.planner.collision.ways_round import WaysRound
 from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name
@@ -167,7 +172,7 @@ def _along(
     """Plan the route along segments."""
     options, free = task.options, ordering(task.options)
     choices = [
-        with_room(choice, driver.checker, task.limits)
+        with_room(clear_modes(choice, driver.checker) if free else choice, driver.checker, task.limits)
         for choice in modes(segments, task.vehicle, task.limits.curvature_max_1pm, free=free)
     ]
     drive = arranged(swaths(choices, driver.painting, free=free), driver, options, progress, enough)

@@ -111,6 +111,20 @@ def test_no_way_of_stopping_takes_longer_or_farther(speed, braking, lag, begins,
     assert t <= stopping.reaction_s + speed / braking + stopping.creep_s + 5.0 * dt
 
 
+def test_a_wait_with_a_pose_that_fixes_contradict_needs_a_person_as_another_stop_does():
+    drive = Drive(LINE, lambda _: post(8.0, 0.0))
+    drive.until_state(PAUSED)
+    drive.ticks(3500)
+    drive.run.rig.fix_offset_m = 0.6, -0.8  # it has been pushed
+    drive.ticks(2500)
+    assert drive.onboard.status.reason == "the fixes contradict the estimate"
+    assert drive.onboard.status.pause.ends_by_itself
+    drive.ticks(1000)
+    assert not drive.onboard.status.pause.ends_by_itself
+    why = "stopped for more than 30 s: the fixes contradict the estimate; resume to go on"
+    assert drive.onboard.status.reason == why
+
+
 def test_it_slows_down_stops_short_and_goes_on_by_itself_without_a_gap_in_the_paint():
     drive = Drive(LINE, lambda _: post(8.0, 0.0))
     drive.until_state(PAUSED)

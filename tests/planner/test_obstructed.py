@@ -194,3 +194,21 @@ def test_a_line_that_one_direction_paints_here_and_the_other_there_is_painted_wh
     check_clear(both, template)
     assert both.report.left_out == ()
     assert [section.stroke.flipped for section in both.sections if section.stroke] in ([False, True], [True, False])
+
+
+def test_lines_that_go_on_but_can_only_be_painted_towards_each_other_are_not_joined() -> None:
+    right, left = box((3.9, -0.5), (4.1, -0.3), "right"), box((15.9, 0.3), (16.1, 0.5), "left")
+    planned = check_parts(drawn((0, 0, 10, 0), (10, 0, 20, 0), obstacles=(right, left)))
+    assert planned.report.left_out == ()
+
+
+def test_a_line_is_shortened_where_there_is_no_room_to_brake_beyond_its_own_end() -> None:
+    """As the rest of a line is that ends where the body may just stand."""
+    longest_m = max(abs(x) for x, _ in VEHICLE.body.footprint_m) + 0.1
+    west, east = (box((x, -1.0), (x + 0.1, 1.0), "wall") for x in (-longest_m - 0.1, 10.0 + longest_m))
+    far = box((30.0, 30.0), (31.0, 31.0), "far")
+    for obstacles, spans in (((far, east), ((0.0, 9.7),)), ((west, east), ((0.3, 9.7),)), ((far,), ())):
+        template = drawn((0, 0, 10, 0), obstacles=obstacles)
+        parts = reachable_lines(template.segments, template, VEHICLE, Limits.of(VEHICLE, PlanOptions()))
+        assert parts.spans == (((0.0, 10.0),),), "the body touches nothing"
+        assert parts.shortened(["s0"], "s0").spans == (spans,)

@@ -10,7 +10,7 @@ from tests.way_round.met import FIELD, MARKER
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.onboard.protection.protector import Blocked
 from touchline.schemas.errors import NOTHING_REACHED
-from touchline.schemas.messages import PlanOptions, Trajectory, TraversalStatus, WayRound
+from touchline.schemas.messages import LeftOutStretch, PlanOptions, Trajectory, TraversalStatus, WayRound
 from touchline.schemas.plan_cause import PlanCause
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.way_round.unpainted_lines import Gap, UnpaintedLines
@@ -159,3 +159,15 @@ def test_a_part_of_a_line_to_which_ways_round_do_not_come_is_skipped_until_it_co
 def test_a_gap_is_explained_by_what_was_left_out_of_most_of_it(to_m: float, *, unexplained: bool) -> None:
     lines = UnpaintedLines(FIELD, MARKER, [Gap("s0", 0.0, to_m, "post 1"), Gap("s1", 0.0, 12.0, "post 1")])
     assert lines.unexplained == unexplained
+
+
+def test_what_a_plan_leaves_out_is_tried_again_only_once_the_robot_comes_back(stuck: Stuck) -> None:
+    request = stuck.job.rest()
+    assert request is not None
+    stuck.job.breaks_off(request, Trajectory(), [LeftOutStretch(line_id="s0", outline="post 1", from_m=0.0, to_m=12.0)])
+    stuck.job.drives_on(PLANNED.trajectory)
+    request = stuck.job.rest()
+    assert request is not None and [each.id for each in request.rest.template.segments] == ["s1"]
+    assert not stuck.job.finds_no_way(NOTHING)
+    request = stuck.job.rest()
+    assert request is not None and [each.id for each in request.rest.template.segments] == ["s0", "s1"]

@@ -29,6 +29,14 @@ def test_an_answer_counts_at_once_and_until_the_way_is_free() -> None:
     assert waiting.look(110, Report(100, moving=False), attended=True) is WaitingOrder.LEAVE_OUT
     waiting.answer = WaitingOrder.WAIT
     assert first_tick(waiting, attended=True) is None
-    assert waiting.look(3000, None, attended=True) is None
-    assert waiting.look(3010, Report(3010, moving=False), attended=False) is None
-    assert waiting.look(3210, Report(3010, moving=False), attended=False) is WaitingOrder.GO_ROUND
+    assert waiting.look(3300, None, attended=True) is None
+    assert waiting.look(3310, Report(3310, moving=False), attended=False) is None
+    assert waiting.look(3510, Report(3310, moving=False), attended=False) is WaitingOrder.GO_ROUND
+
+
+def test_what_only_seems_to_go_is_waited_for_no_longer() -> None:
+    """As at the limit of protection, where the noise of hits decides."""
+    waiting = Waiting(PATIENT)
+    seen = [Report(tick, moving=False) if tick % 200 < 150 else None for tick in range(0, 500, 10)]
+    answers = [waiting.look(10 * k, each, attended=False) for k, each in enumerate(seen)]
+    assert answers.index(WaitingOrder.GO_ROUND) == 20

@@ -17,7 +17,7 @@ from touchline.jobs.sweep.task import Task, perform
 from touchline.jobs.way_round.drives_report import gap_words
 from touchline.jobs.way_round.way_round_simulation import WayRoundDrives, WayRoundOutcome, simulate_way_round
 from touchline.jobs.way_round.work_done import draw_work_done
-from touchline.schemas.errors import PlanningError
+from touchline.schemas.errors import CommandRefused, PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Polygon
 from touchline.services.planner.collision.checker import MARGIN_M, CollisionChecker
@@ -128,6 +128,20 @@ def test_what_has_gone_by_the_end_of_the_job_leaves_no_gap() -> None:
     assert outcome.work.gaps == () and figures["success"], figures["reason"]
     assert figures["gaps"]["total_m"] == 0.0 and figures["drives"][-1] == "done"
     assert figures["paint"]["gap_m"] < 0.01, "the joint is painted as after a pause"
+
+
+def test_a_robot_that_is_pushed_before_it_goes_round_says_why_it_stays_and_what_is_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(emulator: Emulator) -> None:
+        if emulator.tick_count > 0:
+            raise CommandRefused("cannot load here: the fixes contradict the estimate")
+
+    monkeypatch.setattr(Emulator, "check_load", refuse)
+    figures = driven(PERSON).figures(JOB)
+    assert figures["reason"] == "cannot load here: the fixes contradict the estimate"
+    gaps = figures["gaps"]["stretches"]
+    assert {each["line"]: each["reason"] for each in gaps} == {"s0": "not painted", "s1": "not painted"}
 
 
 def test_an_operator_can_have_it_wait_or_leave_the_place_out_for_good() -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from touchline.schemas.curves import Curve
 from touchline.schemas.line_parts import part_of, redrawn
 from touchline.schemas.messages import LeftOutStretch
 from touchline.schemas.swath_ids import line_id_of, line_part_id
@@ -14,6 +15,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.checker import MARGIN_M, CollisionChecker, first_touch
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
+from touchline.services.planner.swaths.chains import GAP_M
 from touchline.services.planner.swaths.offset import Stroke, modes
 from touchline.services.planner.transitions.transitions import BRAKING_SHARE
 
@@ -42,6 +44,7 @@ class ReachableLines:
         strokes: For each line, an obstructed stroke; None if nothing obstructs it.
         checker: Checker of boundary and obstacles; None if there are none.
         shortened_before: Number of times that parts have been shortened.
+        tight: For each line, whether there is no room to brake before its begin, and beyond its end.
     """
 
     lines: tuple[TemplateSegment, ...]
@@ -49,6 +52,7 @@ class ReachableLines:
     strokes: tuple[Stroke | None, ...]
     checker: CollisionChecker | None
     shortened_before: int = 0
+    tight: tuple[tuple[bool, bool], ...] = ()
 
     @property
     def segments(self) -> tuple[TemplateSegment, ...]:
@@ -88,8 +92,7 @@ class ReachableLines:
         shares = [at / line.length_m for at in span]
         first, last = (1.0 - shares[1], 1.0 - shares[0]) if stroke.flipped else shares
         robot = part_of(stroke.robot, first * stroke.robot.length_m, last * stroke.robot.length_m)
-        start = PathPose(robot.x_m, robot.y_m, robot.heading_rad)
-        hit = self.checker.collision(PiecePath(start, (Piece(robot.length_m, robot.curvature_1pm),)))
+        hit = self.checker.collision(_driven(robot))
         return hit.outline if hit else ""
 
     def shortened(self, ids: Collection[str], unreached: str) -> "ReachableLines":
@@ -105,7 +108,8 @@ class ReachableLines:
         changed = False
         for number, part in {names[name] for name in ids}:
             (from_m, to_m), length_m = self.spans[number][part], self.lines[number].curve().length_m
-            first, last = from_m > 0.0, to_m < length_m
+            tight = self.tight[number] if self.tight else (False, False)
+            first, last = from_m > 0.0 or tight[0], to_m < length_m or tight[1]
             if self.shortened_before < _JOINED:
                 first, last = (
                     cut and not self._goes_on(number, part, at) for cut, at in ((first, from_m), (last, to_m))
@@ -146,12 +150,15 @@ def reachable_lines(
     lengths = [line.curve().length_m for line in lines]
     checker = CollisionChecker.of(template, vehicle)
     spans, strokes = [((0.0, length),) for length in lengths], list[Stroke | None]([None] * len(lines))
+    tight = [(False, False)] * len(lines)
     if checker is None:
         return ReachableLines(lines, tuple(spans), tuple(strokes), None)
     found: list[tuple[Span, ...]] = [*spans]
     for number, either in enumerate(modes(lines, vehicle, limits.curvature_max_1pm)):
         choice = either if turned else either[:1]
-        if all(checker.collision(stroke.path) for stroke in choice):
+        if clear := [stroke for stroke in choice if not checker.collision(stroke.path)]:
+            tight[number] = _tight_ends(clear, checker, limits)
+        else:
             passable = [span for stroke in choice for span in _passable(stroke, checker, limits)]
             shares = _joined(passable, PART_MIN_M / lengths[number])
             overlap_m = [OVERLAP_M if k and a == shares[k - 1][1] else 0.0 for k, (a, _) in enumerate(shares)]
@@ -161,7 +168,20 @@ def reachable_lines(
             )
             found[number] = tuple(parts)
             strokes[number] = choice[0]
-    return ReachableLines(lines, tuple(found), tuple(strokes), checker)
+    return ReachableLines(lines, tuple(found), tuple(strokes), checker, tight=tuple(tight))
+
+
+def _tight_ends(choice: Sequence[Stroke], checker: CollisionChecker, limits: Limits) -> tuple[bool, bool]:
+    """Return whether there is no room to brake before the begin of an open line, and beyond its end, in any mode."""
+    if math.dist(choice[0].nozzle.end[:2], (choice[0].nozzle.x_m, choice[0].nozzle.y_m)) <= GAP_M:
+        return False, False
+    found = list[tuple[bool, bool]]()
+    for stroke in choice:
+        room_m, length_m = _braking_m(stroke, limits), stroke.robot.length_m
+        rooms = part_of(stroke.robot, -room_m, 0.0), part_of(stroke.robot, length_m, length_m + room_m)
+        before, beyond = (bool(checker.collision(_driven(room))) for room in rooms)
+        found.append((beyond, before) if stroke.flipped else (before, beyond))
+    return all(before for before, _ in found), all(beyond for _, beyond in found)
 
 
 def _joined(spans: Sequence[Span], least: float) -> list[Span]:
@@ -195,9 +215,25 @@ def _passable(stroke: Stroke, checker: CollisionChecker, limits: Limits) -> list
     return [(1.0 - b, 1.0 - a) for a, b in reversed(found)] if stroke.flipped else found
 
 
+def _driven(robot: Curve) -> PiecePath:
+    """Path of the robot along a curve."""
+    return PiecePath(PathPose(robot.x_m, robot.y_m, robot.heading_rad), (Piece(robot.length_m, robot.curvature_1pm),))
+
+
 def _braking_m(stroke: Stroke, limits: Limits) -> float:
     """Length of the stroke's extension on which the robot brakes."""
     return limits.stopping_distance_m(limits.steady_speed_mps(stroke.robot.curvature_1pm)) / BRAKING_SHARE
+
+
+def clear_modes(choice: list[Stroke], checker: CollisionChecker | None) -> list[Stroke]:
+    """Modes of a line along which the body touches no outline; all of them if there is none.
+
+    With the others, lines that continue each other would be joined in a direction in which only some can be painted.
+    Circles, which have more than two modes, are joined to nothing.
+    """
+    if checker is None or len(choice) > 2:
+        return choice
+    return [stroke for stroke in choice if not checker.collision(stroke.path)] or choice
 
 
 def with_room(choice: list[Stroke], checker: CollisionChecker | None, limits: Limits) -> list[Stroke]:

@@ -109,6 +109,8 @@ class Remains(Protocol):
     ) -> None:
         """Note what the plan of a rest leaves out, and beside what; earlier notes of the rest go.
 
+        Until `retry` what is left out of lines is no part of the rest.
+
         Args:
             rest: The rest.
             seen: Outlines that the plan keeps off.
@@ -130,7 +132,7 @@ class Remains(Protocol):
         """
 
     def retry(self) -> None:
-        """Put what was skipped among the rest again."""
+        """Put what was left out among the rest again; from then on it stays there, unless it is skipped again."""
 
     def give_reason(self, reason: str) -> None:
         """Give a reason for all that is undone and has none."""

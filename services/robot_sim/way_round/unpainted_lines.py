@@ -67,6 +67,7 @@ class UnpaintedLines:
         self._lines = {segment.id: segment for segment in self.template.segments}
         self._painted = {name: Intervals() for name in self._lines}
         self._skipped = {name: Intervals() for name in self._lines}
+        self._retries = False
 
     def enter(self, trajectory: Trajectory, painted: PaintBelief, reached_m: float) -> None:
         """See `Remains`; the paint record tells what is painted."""
@@ -123,7 +124,10 @@ class UnpaintedLines:
             if line is not None and each.line_id in own:
                 part = own[each.line_id]
                 begin_m = station_m(line.curve(), part.x_m, part.y_m)
-                self.reasons.append(Gap(line.id, begin_m + each.from_m, begin_m + each.to_m, each.outline))
+                from_m, to_m = begin_m + each.from_m, begin_m + each.to_m
+                self.reasons.append(Gap(line.id, from_m, to_m, each.outline))
+                if not self._retries:
+                    self._skipped[line.id].add(from_m, to_m)
 
     def gaps(self) -> list[Gap]:
         """Return all unpainted parts with the reason that explains most of each."""
@@ -211,7 +215,7 @@ class UnpaintedLines:
 
     def retry(self) -> None:
         """See `Remains`."""
-        self._skipped = {name: Intervals() for name in self._lines}
+        self._skipped, self._retries = {name: Intervals() for name in self._lines}, True
 
     def give_reason(self, reason: str) -> None:
         """See `Remains`."""

@@ -19,6 +19,8 @@ class Patience(NamedTuple):
 
 
 PATIENT: Final = Patience()
+GONE_TICKS: Final = 3 * TICKS_PER_S
+"""Ticks after which what was in the way has gone: sooner the robot has not moved off, and it may only seem so."""
 
 
 class WaitingOrder(Enum):
@@ -42,7 +44,7 @@ class Waiting:
     def __init__(self, patience: Patience) -> None:
         self._patience = patience
         self._begun: int | None = None
-        self._moved = 0
+        self._moved = self._blocked = 0
         self.answer: WaitingOrder | None = None
 
     def look(self, tick: int, blocked: Blocked | None, *, attended: bool) -> WaitingOrder | None:
@@ -53,9 +55,11 @@ class Waiting:
             blocked: Report of the robot; None: nothing is in its way.
             attended: True if an operator can answer.
         """
-        if blocked is None:
+        if tick > self._blocked + GONE_TICKS:
             self._begun = self.answer = None
+        if blocked is None:
             return None
+        self._blocked = tick
         if self._begun is None:
             self._begun, self._moved = blocked.since_tick, -1
         if blocked.moving:
@@ -63,6 +67,11 @@ class Waiting:
         if self.answer is not None:
             return None if self.answer is WaitingOrder.WAIT else self.answer
         return WaitingOrder.GO_ROUND if tick >= self.until_tick(attended=attended) else None
+
+    @property
+    def begun_tick(self) -> int:
+        """Tick since which it waits; 0 before the first wait."""
+        return self._begun or 0
 
     def until_tick(self, *, attended: bool) -> int:
         """Return the tick at which the robot goes round what it waits for; 0: it waits until that has gone.

@@ -153,7 +153,7 @@ class WayRoundJob:
         else:
             self._say(Said.FINDS_NO_WAY, self._said.things, self._search_tick)
         if self._waiting.answer is None and self._drives > 1 and onboard.status.arc_length_m < ADVANCED_M:
-            self._search_tick = max(self._search_tick, blocked.since_tick + AGAIN_TICKS)
+            self._search_tick = max(self._search_tick, self._waiting.begun_tick + AGAIN_TICKS)
         self._order = order or WaitingOrder.GO_ROUND
         return order is not None and self.may_search and not blocked.too_near
 
@@ -291,6 +291,10 @@ class WayRoundJob:
         self._end(f"{NO_WAY_ON if unexplained else REST_LEFT_OUT}: {why}")
         return f"{NO_WAY_ON}: {why}" if unexplained else REST_LEFT_OUT
 
+    def stays(self, why: str) -> None:
+        """End the job, with all that is not done, because the robot does not take the next plan."""
+        self._end(f"{NO_WAY_ON}: {why}")
+
     @property
     def _goes_in_vain(self) -> bool:
         """True if ways round do not lead to new work."""
@@ -359,7 +363,7 @@ class WayRoundJob:
 
     def drives_on(self, trajectory: Trajectory) -> None:
         """Note that the robot has taken the next plan."""
-        self._trajectory, self._breaks_off = trajectory, False
+        self._trajectory, self._breaks_off, self._waiting = trajectory, False, Waiting(PATIENT)
         self._refusals, self._refused_at = 0, []
         self._drives += 1
         self._say(Said.DRIVES, self._passed)

@@ -51,6 +51,9 @@ class GoalRerouting:
         """See `Rerouting`."""
         return _drive(self._job.next_way(), Taking.HERE)
 
+    def refused(self, why: str) -> None:
+        """See `Rerouting`; the report has why."""
+
     def _planned(self, planning: Planning[Result]) -> Result:
         """Go through a choice of a way, and plan what it asks for."""
         try:

@@ -222,6 +222,9 @@ class Rerouting(Protocol):
     def next_drive(self) -> GivenDrive | None:
         """Return the drive after one that has ended, from where the robot stands; None: that was the last."""
 
+    def refused(self, why: str) -> None:
+        """Note that the robot has not taken that drive, which ends the job."""
+
 
 def carry_out(
     emulator: Emulator,
@@ -314,6 +317,9 @@ def carry_out(
                 _take(emulator, drive)
             except CommandRefused as error:  # it has been pushed since it was planned from where it stood
                 done[-1] = replace(done[-1], reason=str(error))
+                assert rerouting is not None, "it has given the drive"
+                rerouting.refused(str(error))
+                told()
                 break
     return replace(done[-1], wall_time_s=watch.elapsed_s, recording=listener.figures(), earlier=tuple(done[:-1]))
 

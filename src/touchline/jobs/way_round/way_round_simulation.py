@@ -164,6 +164,10 @@ class WayRoundDrives:
             following = self._return(self.way_round.request(draft, draft.rest()))
         return following
 
+    def refused(self, why: str) -> None:
+        """See `Rerouting`."""
+        self.way_round.stays(why)
+
     def _return(self, request: RestRequest | None) -> GivenDrive | None:
         """Return the drive back to what was left out; None if there is none."""
         if request is None:

@@ -57,6 +57,7 @@ class TraversalStop:
         self.since_tick = 0
         self.warning: MoveOffWarning | None = None
         self.tries = Tries()
+        self._lost_tick: int | None = None
 
     def clear(self) -> None:
         """Forget the pause and the warning."""
@@ -64,7 +65,7 @@ class TraversalStop:
 
     def begin(self, by: Pause, reason: str) -> None:
         """Begin a pause."""
-        self.pause, self.why, self.lasts = by, reason, False
+        self.pause, self.why, self.lasts, self._lost_tick = by, reason, False, None
 
     def warn_of_start(self, reason: str) -> None:
         """Begin to warn before the robot moves off at a start."""
@@ -101,13 +102,20 @@ class TraversalStop:
         return self.pause._replace(earliest_tick=settled_tick + self._rules.warning_ticks)
 
     def too_long(self, until_tick: int) -> bool:
-        """Return True if the stop, up to this tick, is too long to end by itself."""
-        return until_tick - self.since_tick > self._rules.longest_s(waits=self._waits) * TICKS_PER_S
+        """Return True if the stop, up to this tick, is too long to end by itself, or the pose has been bad for so long.
+
+        A wait for something in the way may last for ever, but not with a pose that does not let the robot drive.
+        """
+        lost = self._lost_tick is not None and self._too_long(until_tick - self._lost_tick, waits=False)
+        return lost or self._too_long(until_tick - self.since_tick, waits=self._waits)
+
+    def _too_long(self, ticks: int, *, waits: bool) -> bool:
+        return ticks > self._rules.longest_s(waits=waits) * TICKS_PER_S
 
     @property
     def longest(self) -> str:
         """Longest stop that ends by itself, in words."""
-        return f"{self._rules.longest_s(waits=self._waits):g} s"
+        return f"{self._rules.longest_s(waits=self._waits and self._lost_tick is None):g} s"
 
     @property
     def _waits(self) -> bool:
@@ -121,8 +129,12 @@ class TraversalStop:
         settled = job.standing and self._watch.settled(tick / TICKS_PER_S) and not in_the_way
         if not settled:
             self.warning = None
-        problem = self._watch.drive_problem() or self._watch.pose_problem or in_the_way
-        reason = problem or (self.why if self.warning is None else ABOUT_TO_MOVE)
+        lost = self._watch.drive_problem() or self._watch.pose_problem
+        if not lost:
+            self._lost_tick = None
+        elif self._lost_tick is None:
+            self._lost_tick = tick
+        reason = lost or in_the_way or (self.why if self.warning is None else ABOUT_TO_MOVE)
         earliest_tick = tick + self._rules.warning_ticks if self.warning is None else self.warning.earliest_tick
         if self.too_long(earliest_tick):
             return Attempt(reason, f"stopped for more than {self.longest}: {reason}")
