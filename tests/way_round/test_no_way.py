@@ -165,7 +165,7 @@ def test_what_a_plan_leaves_out_is_tried_again_only_once_the_robot_comes_back(st
     request = stuck.job.rest()
     assert request is not None
     stuck.job.breaks_off(request, Trajectory(), [LeftOutStretch(line_id="s0", outline="post 1", from_m=0.0, to_m=12.0)])
-    stuck.job.drives_on(PLANNED.trajectory)
+    stuck.job.drives_on(trajectory())
     request = stuck.job.rest()
     assert request is not None and [each.id for each in request.rest.template.segments] == ["s1"]
     assert not stuck.job.finds_no_way(NOTHING)

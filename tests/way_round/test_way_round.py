@@ -138,7 +138,7 @@ def test_a_robot_that_is_pushed_before_it_goes_round_says_why_it_stays_and_what_
             raise CommandRefused("cannot load here: the fixes contradict the estimate")
 
     monkeypatch.setattr(Emulator, "check_load", refuse)
-    figures = driven(PERSON).figures(JOB)
+    figures = driven(PERSON).figures(job())
     assert figures["reason"] == "cannot load here: the fixes contradict the estimate"
     gaps = figures["gaps"]["stretches"]
     assert {each["line"]: each["reason"] for each in gaps} == {"s0": "not painted", "s1": "not painted"}
