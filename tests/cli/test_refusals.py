@@ -52,9 +52,9 @@ BAD = {
         (("run", "study-square", "--follower", "lqr"), "follower"),
         (("robot-sim", "--scenario", "/no/such.json"), "cannot be read"),
         (("replay", "/no/such.mcap"), "no/such.mcap"),
-        (("fleet", "run", "--avoid", "plans"), "is plans, which are not sent over Zenoh yet"),
-        (("fleet", "simulate", "--avoid", "plans", "--record", "x.mcap"), "is plans, which are not recorded yet"),
-        (("fleet", "simulate", "--avoid", "plans", "--loss", "0.5"), "is not supported with avoid: plans"),
+        (("fleet", "simulate", "--avoid", "barriers", "--loss", "0.5"), "which barriers do not allow for"),
+        (("fleet", "simulate", "--algorithm", "nobody"), "algorithm.use is 'nobody'"),
+        (("fleet", "simulate", "--algorithm", "external"), "which is asked over the bus"),
     ],
 )
 def test_what_cannot_be_done_is_refused_at_once(arguments, says, touchline):

@@ -72,6 +72,10 @@ class ScriptedOnboard:
     def whereabouts(self):
         return None
 
+    @property
+    def plan_state(self):
+        return None
+
     def check_load(self):
         if self.state == TraversalStatus.RUNNING:
             raise CommandRefused("a traversal is under way")
