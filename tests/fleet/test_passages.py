@@ -250,6 +250,8 @@ def test_no_order_is_planned_while_goals_move_on_or_two_are_the_same() -> None:
     goals: Complexes = np.array([6.6 + 0.35j, 0.4 + 0.35j])
     assert ways.legs(places, places, goals) is not None
     assert ways.legs(places, places, goals + 0.1) is None
-    assert ways.legs(places, places, goals - 0.1) is None
-    assert ways.legs(places, places, goals - 0.1) is not None
+    waited = 0
+    while ways.legs(places, places, goals - 0.1) is None:
+        waited += 1
+    assert waited == 12
     assert OrderedWays(Geodesics(CORRIDOR, LIMITS.wall_m), APART_M).legs(places, places, goals[[0, 0]]) is None

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.fleet.test_committed_plans import LIMITS, ROOM, at_nearest, scattered
+from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans.committed_plans import CommittedPlans
 from touchline.coordination.plans.plan_hub import OffPlan, PlanHub, PlanSettings
 from touchline.coordination.tasks import GoalLists
@@ -18,6 +19,7 @@ from touchline.schemas.messages import Guidance, PlanState
 
 LOSSY = LIMITS._replace(lead_steps=12, drive_steps=12)
 SETTINGS = PlanSettings(LOSSY, lag_s=0.0, margin_m=0.02, certain=False, avoid="plans")
+OPEN = FreeArea.of([(0, 0), (5, 0), (5, 4), (0, 4)])
 ROUNDING_M = 1e-9
 
 
@@ -50,7 +52,7 @@ def test_no_two_robots_meet_when_half_of_all_messages_are_lost(seed: int) -> Non
     poses = scattered(rng, len(names)).tolist()
     starts = {name: PlanState(x_m=x, y_m=y, heading_rad=turn) for name, (x, y, turn) in zip(names, poses, strict=True)}
     goals = rng.uniform((0.3, 0.3), (4.7, 3.7), (len(names), 6, 2)).tolist()
-    hub = PlanHub(ROOM, GoalLists(dict(zip(names, goals, strict=True))), starts, 0.0, SETTINGS)
+    hub = PlanHub(OPEN, GoalLists(dict(zip(names, goals, strict=True))), starts, 0.0, SETTINGS)
     robots, letters, driven_m = Robots(starts), list[tuple[int, str, Any]](), 0.0
     before = None
     for tick in range(0, 3000, 5):

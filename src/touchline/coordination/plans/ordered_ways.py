@@ -35,6 +35,8 @@ _SIGHT_M: Final = 2.5
 _RETURN_M: Final = 0.05
 """Way ahead of the nearest point of its way, at which a robot drives that has got off it beside a wall."""
 _SAME_M: Final = 1e-6
+_CALM_UPDATES: Final = 12
+"""Updates for which goals must not have changed before an order is planned, which takes seconds in a large area."""
 _AT_M: Final = 0.03
 """Distance from a goal, its own or another's, at which a robot counts as standing there."""
 
@@ -51,7 +53,7 @@ class OrderedWays:
         self._geodesics, self._apart_m = geodesics, apart_m
         self._goals: Complexes | None = None
         self._plan: _Plan | None = None
-        self._planned = False
+        self._planned, self._calm = False, 0
 
     def legs(self, places: Complexes, rests: Complexes, goals: Complexes) -> list[NextLeg] | None:
         """Return the next part of each robot's way; None while there is no order, as goals move on or none is found.
@@ -61,11 +63,13 @@ class OrderedWays:
             rests: (n,) where they would come to rest now (m).
             goals: (n,) m.
         """
-        first = self._goals is None
-        if self._goals is None or np.abs(goals - self._goals).max() > _SAME_M:
-            self._goals, self._plan, self._planned = goals.copy(), None, False
-            if not first:
-                return None
+        if self._goals is None:
+            self._goals, self._calm = goals.copy(), _CALM_UPDATES  # those that are first need not stand still
+        elif np.abs(goals - self._goals).max() > _SAME_M:
+            self._goals, self._plan, self._planned, self._calm = goals.copy(), None, False, 0
+        if self._calm < _CALM_UPDATES:
+            self._calm += 1
+            return None
         if not self._planned:
             self._plan, self._planned = self._plan_of(rests, goals), True
         return self._plan.legs(places) if self._plan is not None else None
