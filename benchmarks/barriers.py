@@ -1,4 +1,4 @@
-"""What keeps teams apart, beside each other: contacts, times, how much wishes are changed, and computing time.
+"""Cells, plans and barriers beside each other: contacts, times, how much wishes are changed, and computing time.
 
 `python -m benchmarks barriers`; `robots` that change places, `seeds` runs from `first` on; then `updates` of barrier
 certificates with wishes that drive at whoever is nearest.

@@ -11,7 +11,7 @@ robots that have arrived where there are goals, wrong answers, and wall-clock ti
 """
 
 import random
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
 from typing import Any, Final, NamedTuple
@@ -23,7 +23,6 @@ from benchmarks._settings import Small
 from touchline.jobs.team.team_figures import team_figures
 from touchline.jobs.team.team_run import TeamRun
 from touchline.schemas.team import LOSSY_LEASE_S, TeamScenario
-from touchline.team_algorithms import HOLD, Team, VelocityWish, Wish
 
 EXAMPLES: Final = Path(__file__).resolve().parents[1] / "examples" / "teams"
 SIZES: Final = (4, 10, 50)
@@ -36,18 +35,6 @@ SMALL = Small(
         "straight 4 none # # # # # # # # - # # of #",
     ),
 )
-
-
-class Straight:
-    """Drives straight to the goals, whoever is in the way."""
-
-    def decide(self, now: Team) -> Mapping[str, Wish]:
-        """Return wishes, as of `TeamAlgorithm`."""
-        found: dict[str, Wish] = {}
-        for name, me in now.robots.items():
-            way = 0j if me.goal_m is None else complex(me.goal_m[0] - me.x_m, me.goal_m[1] - me.y_m)
-            found[name] = VelocityWish.of(way, me.speed_max_mps) if way else HOLD
-        return found
 
 
 class Case(NamedTuple):
@@ -104,6 +91,7 @@ def _example(name: str, kind: str, duration_s: float, given: Callable[[int, int]
     return Case(name, f"{EXAMPLES / name}.py:{kind}", duration_s, given)
 
 
+STRAIGHT: Final = Path(__file__).with_name("_team_wishes.py").resolve()
 CASES: Final = (
     _example("cyclic_pursuit", "CyclicPursuit", 60.0, _spread),
     _example("rendezvous", "Rendezvous", 60.0, _spread),
@@ -118,7 +106,13 @@ CASES: Final = (
     _example("orca", "Orca", 120.0, _swap),
     _example("bvc", "Bvc", 120.0, _swap),
     _example("token_planner", "TokenPlanner", 120.0, _goals),
-    Case("straight", f"{Path(__file__).resolve()}:Straight", 60.0, _swap, ("none", "plans", "cells")),
+    Case(
+        "straight",
+        f"{Path(__file__).with_name('_team_wishes.py').resolve()}:Straight",
+        60.0,
+        _swap,
+        ("none", "plans", "cells"),
+    ),
     Case("orca", f"{EXAMPLES / 'orca'}.py:Orca", 120.0, _swap, ("none",)),
     Case("bvc", f"{EXAMPLES / 'bvc'}.py:Bvc", 120.0, _swap, ("none",)),
 )

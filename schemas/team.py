@@ -130,7 +130,7 @@ class TeamRadio(Spec):
     graph: dict[str, tuple[str, ...]] = Field(default_factory=dict)
     """Receivers by sender."""
     walls: bool = False
-    """Whether walls stop messages."""
+    """True: walls stop messages."""
     loss: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Share of messages lost, by receiver."""
     delay_least_s: Annotated[float, Field(ge=0, le=60)] = 0.02

@@ -1,4 +1,4 @@
-"""One robot in a process: its loop serves commands, keeps the pace and monitors its links; and a host of several."""
+"""One robot in a process: its loop serves commands, keeps the pace and monitors its links."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from touchline.services.robot_sim.outbox import RobotOutlet
 from touchline.services.robot_sim.pace import FORGIVEN_S, LONGEST_SLICE_S, Pacer, RateMeter
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.recorder_limit import RecorderLimit
-from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
+from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.traversal_figures import Reports
 from touchline.services.robot_sim.way_round.way_round_service import WayRoundService
 
@@ -46,9 +46,6 @@ TIDY_S: Final = 10.0
 long."""
 IDLE_S: Final = 0.002
 """Longest sleep of a turn while no tick is due."""
-SHORTEST_SLICE_S: Final = 0.002
-"""Shortest slice: of many robots that lag behind each catches up a stretch at a time, because starting one takes a
-while."""
 HELD_S: Final = 0.0005
 """Longest sleep of a turn while sim time waits for a coordinator's answer."""
 LOOK_S, LATEST_LOOK_S = 0.001, 0.05
@@ -58,8 +55,6 @@ BESIDE_EVERY_S: Final = 0.001
 ROBOTS_A_TICK: Final = 5
 """Number of robots in a process per additional tick that is run at a time: the turns cost time, not the ticks. Stops
 are checked less often by as much."""
-STRIDES: Final = tuple(ticks for ticks in range(1, MOST_TICKS + 1) if MOST_TICKS % ticks == 0)
-"""Possible numbers of ticks that are run at a time: divisors of the ticks that can be published at once."""
 IN_STEP_FORGIVEN_S: Final = 2.0
 """Lag that a robot which occasionally waits for its coordinator, and so for all others, catches up with."""
 BRAKING_TICKS: Final = 300
@@ -88,36 +83,6 @@ class Beside:
             return ()
         self.at_s = now_s + self._every_s
         return self.robots
-
-
-class RobotHost:
-    """Robots of one process in one loop; call `turn` in a loop."""
-
-    def __init__(self, robots: Sequence[RobotProcess]) -> None:
-        """Make the robots take turns from now on."""
-        self._robots = robots
-        self._due_s = [0.0] * len(robots)
-        self._slice_s = max(LONGEST_SLICE_S / len(robots), SHORTEST_SLICE_S)
-        self._beside = Beside(robots)
-        stride = next((each for each in STRIDES if each * ROBOTS_A_TICK >= len(robots)), STRIDES[-1])
-        for robot in robots:
-            robot.beside = self._beside
-            robot.take_ticks(stride)
-
-    def turn(self) -> None:
-        """Turn each robot that has something due, and sleep until the next is due; stops are always due."""
-        now_s = time.monotonic()
-        for robot in self._beside.due(now_s):
-            robot.answer_stops()
-        for number, due_s in enumerate(self._due_s):
-            if due_s <= now_s:
-                self._due_s[number] = self._robots[number].step(self._slice_s)
-        time.sleep(max(0.0, min(self._beside.at_s, *self._due_s) - time.monotonic()))
-
-    def close(self) -> None:
-        """End all runs in good order."""
-        for robot in self._robots:
-            robot.close()
 
 
 class RobotProcess:

@@ -20,7 +20,8 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.user_folders import state_folder
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.outbox import Outbox, RobotOutlet
-from touchline.services.robot_sim.robot_process import ClockPolicy, RobotHost, RobotProcess
+from touchline.services.robot_sim.robot_host import RobotHost
+from touchline.services.robot_sim.robot_process import ClockPolicy, RobotProcess
 from touchline.services.robot_sim.together import check_together
 from touchline.services.robot_sim.warm_up import warm_up
 from touchline.supervision.late_compilations import LateCompilations

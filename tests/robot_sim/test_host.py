@@ -16,7 +16,8 @@ from touchline.schemas.cdr import encode
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import CommandRequest, SetSpeedRequest, TraversalStatus
 from touchline.services.robot_sim import robot_process
-from touchline.services.robot_sim.robot_process import RobotHost, RobotProcess
+from touchline.services.robot_sim.robot_host import RobotHost
+from touchline.services.robot_sim.robot_process import RobotProcess
 from touchline.services.robot_sim.together import check_together
 
 ROBOTS = {"r1": {"seed": 1}, "r2": {"seed": 2, "follower": "pure-pursuit"}, "club/r3": {"seed": 3}}

@@ -258,7 +258,7 @@ THREE = {"a": 2 + 1j, "b": 4 + 1j, "c": 2 + 4j}
 
 
 def hears(radio: TeamRadio, places: dict[str, complex] = THREE, rounds: int = 1, size: int = 1) -> list[set[str]]:
-    """Who hears b in each round."""
+    """Robots that hear b, in each round."""
     connected = PeerRadio(radio, sorted(places).index, WALLED, 1, 0.4)
     found = []
     for number in range(rounds):

@@ -28,7 +28,7 @@ class TeamTask(Protocol):
 
     @property
     def ends_on_arrival(self) -> bool:
-        """Whether the task ends when all robots are at their last goals."""
+        """True if the task ends when all robots are at their last goals."""
         ...
 
     @property

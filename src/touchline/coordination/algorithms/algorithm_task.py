@@ -53,7 +53,7 @@ class AlgorithmTask:
 
     @property
     def ends_on_arrival(self) -> bool:
-        """Whether the given task does, as of `TeamTask`."""
+        """True if the given task ends on arrival, as of `TeamTask`."""
         return self.given.ends_on_arrival
 
     @property

@@ -35,7 +35,7 @@ def solve(board: k.AgentBoard, starts: Ints, seed: int = 0) -> Ints:
     """Return cells (t, n) of all agents at each step, from their starts to their goals.
 
     Args:
-        board: AgentGrid, goals and distances.
+        board: Grid, goals and distances.
         starts: (n,) cell of each agent.
         seed: Seed of ties; further attempts take others.
 

@@ -32,7 +32,7 @@ _RESTARTS: Final = 1000
 
 
 class AgentBoard(NamedTuple):
-    """AgentGrid and goals.
+    """Grid and goals.
 
     Attributes:
         neighbours: (v, 4) numbers of the cells beside each; −1: none.
@@ -215,7 +215,7 @@ def move(board: AgentBoard, step: MoveScratch, who: int, seed: int, drawn: Longs
     """Decide the move of an agent, and of all that have to move before.
 
     Args:
-        board: AgentGrid and goals.
+        board: Grid and goals.
         step: The step.
         who: Number of the agent.
         seed: Seed of ties.
@@ -314,7 +314,7 @@ def _moved(
     """Decide the moves of all agents by a constraint.
 
     Args:
-        board: AgentGrid and goals.
+        board: Grid and goals.
         search: Memory.
         step: The step; afterwards it has the moves.
         at: Numbers of the configuration and of the constraint.
@@ -343,7 +343,7 @@ def search_on(board: AgentBoard, search: Search, step: MoveScratch, starts: Ints
     """Search for moves of all agents to their goals.
 
     Args:
-        board: AgentGrid and goals.
+        board: Grid and goals.
         search: Memory, for at least `most` configurations, and 6·`most` constraints.
         step: Scratch.
         starts: (n,) cell of each agent.

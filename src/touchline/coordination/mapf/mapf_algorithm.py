@@ -75,8 +75,6 @@ class GridWays:
 
     def _laid_out(self, area: FreeArea, radius_m: float) -> AgentGrid:
         """Return the grid: cells in whose middle a robot keeps clear of walls."""
-        import shapely
-
         if self._grid is None:
             least_m = _CELL_R * radius_m
             self._cell_m = self._cell_m or least_m
@@ -92,7 +90,6 @@ class GridWays:
             self._grid = _without_walls_between(
                 AgentGrid.of(free), middles, free, area.shape.buffer(_ROOM_M - radius_m)
             )
-            shapely.prepare(area.shape)
         return self._grid
 
     def _middle(self, cells: NDArray[np.int64] | Ints) -> Floats:

@@ -33,7 +33,7 @@ def refined(board: AgentBoard, paths: Ints, turns: int, seed: int = 0) -> Ints:
     """Return moves (t, n) whose sum of steps is less, or the same ones.
 
     Args:
-        board: AgentGrid, goals and distances.
+        board: Grid, goals and distances.
         paths: (t, n) cells of all agents at each step.
         turns: Number of neighbourhoods that are tried.
         seed: Seed of the choice.

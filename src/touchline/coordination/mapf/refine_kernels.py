@@ -128,7 +128,7 @@ def blockers(board: AgentBoard, space: SpaceTime, path: Ints, who: int, draws: F
     """Collect the agents that are in the way of one that would leave its path for quicker ways.
 
     Args:
-        board: AgentGrid, goals and distances.
+        board: Grid, goals and distances.
         space: Occupied cells.
         path: (t,) its path.
         who: Number of the agent.

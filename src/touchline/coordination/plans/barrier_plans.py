@@ -100,7 +100,8 @@ class BarrierPlans(CommittedPlans):
         at, need = np.zeros(len(pairs) + len(plans)), np.full(len(pairs) + len(plans), limits.wall_m)
         need[: len(pairs)] = limits.apart_m
         b.distances_m(backup, pairs, around, at)
-        commands = self._nearest(wished, braking, (low, high), pairs, at - need)
+        rows = self._rows(braking, backup, pairs, at)
+        commands = self._nearest(wished, braking, (low, high), rows, at - need)
         found = self._kept_apart(commands, braking, backup, pairs, need)
         unhindered = self._rolled_out(wished)
         end = limits.brakes_at
@@ -142,26 +143,17 @@ class BarrierPlans(CommittedPlans):
         b.roll_out_all(plans, np.ascontiguousarray(commands), self._limits)
         return plans
 
-    def _nearest(
-        self, wished: Floats, braking: Floats, bounds: tuple[Floats, Floats], pairs: Ints, spare_m: Floats
-    ) -> Floats:
-        """Return the commands (n, 2) nearest to the wished ones that the linear rows permit.
+    def _rows(self, braking: Floats, backup: Floats, pairs: Ints, at: Floats) -> Floats:
+        """Return (p + n, 2n) how the distances of pairs, and from walls, change with all commands.
 
         Args:
-            wished: (n, 2).
-            braking: (n, 2) at which rows are taken.
-            bounds: Least and largest commands, (n, 2) each.
+            braking: (n, 2) commands at which they are taken.
+            backup: (n, m, 5) plans of these.
             pairs: (p, 2) robots near to each other.
-            spare_m: (p + n,) distances if all brake less what they must be.
+            at: (p + n,) distances of these plans (m).
         """
-        import daqp
-
-        n, p = len(wished), len(pairs)
-        rows = np.zeros((p + n, 2 * n))
-        backup = self._rolled_out(np.zeros_like(braking))
-        at = np.zeros(p + n)
-        b.distances_m(backup, pairs, self._around, at)
-        slope = np.zeros((p + n, 2))
+        n, p = len(braking), len(pairs)
+        rows, slope = np.zeros((p + n, 2 * n)), np.zeros((p + n, 2))
         every, each = np.arange(p), np.arange(n)
         for column, step in enumerate(_STEPS):
             changed = braking.copy()
@@ -170,6 +162,23 @@ class BarrierPlans(CommittedPlans):
             rows[every, 2 * pairs[:, 0] + column] = slope[:p, 0]
             rows[every, 2 * pairs[:, 1] + column] = slope[:p, 1]
             rows[p + each, 2 * each + column] = slope[p:, 0]
+        return rows
+
+    def _nearest(
+        self, wished: Floats, braking: Floats, bounds: tuple[Floats, Floats], rows: Floats, spare_m: Floats
+    ) -> Floats:
+        """Return the commands (n, 2) nearest to the wished ones that the linear rows permit.
+
+        Args:
+            wished: (n, 2).
+            braking: (n, 2) at which rows are taken.
+            bounds: Least and largest commands, (n, 2) each.
+            rows: (k, 2n) as of `_rows`.
+            spare_m: (k,) distances if all brake less what they must be.
+        """
+        import daqp
+
+        n = len(wished)
         needed = np.isfinite(spare_m)
         least = rows @ braking.ravel() - GAMMA * np.where(needed, np.maximum(spare_m, 0.0), 0.0)
         weights = np.tile((1.0, _TURNING_WEIGHT), n)

@@ -69,17 +69,13 @@ class _Robot:
         newest: The message with its newest stamp.
         heard_s: Time of its arrival.
         sent: Its last guidance.
-        follows: Number of the plan that it is known to follow.
-        since_s: Time of the first sample of that plan.
-        plan: Its samples, as sent.
+        followed: Guidance with the plan that it is known to follow.
     """
 
     newest: PlanState
     heard_s: float
     sent: Guidance
-    follows: int = FIRST_CELL
-    since_s: float = 0.0
-    plan: Floats | None = None
+    followed: Guidance
 
 
 class PlanHub:
@@ -104,7 +100,7 @@ class PlanHub:
         known = {name: starts[name] for name in sorted(starts)}
         poses = np.array([(each.x_m, each.y_m, each.heading_rad) for each in known.values()])
         self._plans = _plans(poses, area, settings)
-        self._robots = {name: _Robot(each, now_s, _stays(each)) for name, each in known.items()}
+        self._robots = {name: _Robot(each, now_s, _stays(each), _stays(each)) for name, each in known.items()}
         self._task, self._number, self._now_s = task, FIRST_CELL, now_s
         self.goals: dict[str, tuple[float, float]] = {}
         self.interventions = Interventions()
@@ -132,7 +128,7 @@ class PlanHub:
             return
         if message.adopted == sent.number:
             self._plans.settle(who, follows=True)
-            self._follows(robot)
+            robot.followed = sent
         elif message.decided >= sent.number or message.stamp_s > sent.plan_branch_s + _NEARLY_S:
             self._plans.settle(who, follows=False)
 
@@ -166,22 +162,6 @@ class PlanHub:
             for name, robot in self._robots.items()
         }
 
-    def join(self, name: str, there: PlanState, now_s: float) -> None:
-        """Refuse another robot.
-
-        Raises:
-            OffPlan: Always: plans are made for the robots that were there at the start.
-        """
-        raise OffPlan(f"robot {name} comes to a team that drives by plans: stop it, and begin anew with all robots")
-
-    def leave(self, name: str) -> None:
-        """Refuse to forget a robot.
-
-        Raises:
-            OffPlan: Always, as of `join`.
-        """
-        raise OffPlan(f"robot {name} leaves a team that drives by plans: stop it, and begin anew without it")
-
     def _send(self, robot: _Robot, plan: Floats) -> None:
         self._number += 1
         limits, end = self.settings.limits, plan[-1]
@@ -193,17 +173,10 @@ class PlanHub:
             plan=plan.ravel().copy(),
             plan_start_s=self._now_s,
             plan_branch_s=self._now_s + limits.lead_steps * t.STEP_S,
-            plan_base=robot.follows,
+            plan_base=robot.followed.number,
         )
         if self.settings.certain:
-            self._follows(robot)
-
-    @staticmethod
-    def _follows(robot: _Robot) -> None:
-        """Note that a robot follows the plan that it was last sent."""
-        sent = robot.sent
-        robot.follows, robot.since_s = sent.number, sent.plan_start_s
-        robot.plan = np.reshape(sent.plan, (-1, t.COLUMNS))
+            robot.followed = robot.sent
 
     def _wishes(self, names: Sequence[str]) -> list[Wish]:
         """Return the wish of each robot."""
@@ -237,11 +210,11 @@ class PlanHub:
 
     def _off_plan_m(self, robot: _Robot) -> float:
         """Return how far a robot believes to be from where its plan is, once its actuators have caught up (m)."""
-        state, plan, lag_s = robot.newest, robot.plan, self.settings.lag_s
-        if plan is None or state.adopted != robot.follows:
+        state, followed, lag_s = robot.newest, robot.followed, self.settings.lag_s
+        if followed.number == FIRST_CELL or state.adopted != followed.number:
             return 0.0
         planned = np.zeros(t.COLUMNS)
-        t.motion_at(plan, state.stamp_s - robot.since_s, planned)
+        t.motion_at(np.reshape(followed.plan, (-1, t.COLUMNS)), state.stamp_s - followed.plan_start_s, planned)
         way_m, turned_rad = state.speed_mps * lag_s, 0.5 * state.yaw_rate_radps * lag_s
         x_m = state.x_m + way_m * math.cos(state.heading_rad + turned_rad)
         y_m = state.y_m + way_m * math.sin(state.heading_rad + turned_rad)
@@ -282,10 +255,6 @@ class PlanHub:
         """Robots that have been silent for so long that they stand at the ends of their plans."""
         silent_s = self.settings.resting_s
         return frozenset(name for name, robot in self._robots.items() if self._now_s - robot.heard_s >= silent_s)
-
-    def decided(self, name: str) -> int:
-        """Return the highest number of a plan that a robot has reported as adopted or refused."""
-        return self._robots[name].newest.decided
 
     def taken_by(self, place: Floats) -> str:
         """Return a silent robot that may rest so near to a place (2,) (m) that nobody may go there; "": none."""
