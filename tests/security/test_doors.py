@@ -9,7 +9,7 @@ from pathlib import Path
 from time import monotonic, sleep
 
 import pytest
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import InvalidMessage, InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
@@ -97,8 +97,11 @@ def token_of(secured: Secured) -> str:
     return (secured.keys / "viewers.token").read_text().strip()
 
 
-def admitted(url: str, context: ssl.SSLContext | None = None, **headers: str) -> str:
-    """Return why a client is refused; empty if it is not."""
+def admitted(url: str, context: ssl.SSLContext | None = None, tries: int = 3, **headers: str) -> str:
+    """Return why a client is refused; empty if it is not.
+
+    A connection that ends without an answer is no refusal: as viewers do, it is tried again.
+    """
     wanted = {name.replace("_", "-"): value for name, value in headers.items()}
     try:
         with connect(
@@ -112,6 +115,9 @@ def admitted(url: str, context: ssl.SSLContext | None = None, **headers: str) ->
             assert "serverInfo" in str(client.recv(timeout=60.0))
     except InvalidStatus as error:
         return f"{error.response.status_code} {error.response.body.decode()}"
+    except InvalidMessage:
+        assert tries > 1, "the connection ends without an answer, again and again"
+        return admitted(url, context, tries - 1, **headers)
     return ""
 
 
