@@ -50,8 +50,10 @@ class GnssSheet(GrownSpec):
     """Largest addition to that age."""
     jump_fixes: Annotated[int, Field(ge=10, le=1000)] | None = None
     """Outlying fixes in a row after which a jump is accepted; null: only `resume` accepts one."""
+    stamp_offset_s: Annotated[float, Field(ge=-0.2, le=0.2)] = 0.0
+    """Time of a fix's measurement less its stamp, as `touchline calibrate` finds it."""
 
-    later_fields = ("jump_fixes",)
+    later_fields = ("jump_fixes", "stamp_offset_s")
 
 
 class CameraSheet(Spec):
@@ -82,7 +84,7 @@ class OdometrySheet(Spec):
     """Position σ beyond which the robot does not drive; null: it always drives."""
 
 
-class ImuSheet(Spec):
+class ImuSheet(GrownSpec):
     """Gyroscope and accelerometer: densities, bias walk, drift with temperature (1 σ), and how warm they get."""
 
     gyro_density_radps_rthz: Deviation = 0.000244
@@ -103,6 +105,10 @@ class ImuSheet(Spec):
     """Temperature rise after switch-on, K."""
     warming_tau_s: Seconds = 600.0
     """Time constant of that rise."""
+    gyro_scale_relative: Annotated[float, Field(ge=-0.1, le=0.1)] = 0.0
+    """Share by which the gyro reads more than the true rate, as `touchline calibrate` finds it."""
+
+    later_fields = ("gyro_scale_relative",)
 
 
 class MagnetometerSheet(Spec):

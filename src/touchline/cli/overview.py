@@ -43,6 +43,7 @@ PANELS: dict[str, dict[str, tuple[str, ...]]] = {
         "check_command": ("check",),
         "import_command": ("import",),
         "estimate_command": ("estimate",),
+        "calibrate_command": ("calibrate",),
         "picture_command": ("picture",),
     },
     "This installation": {

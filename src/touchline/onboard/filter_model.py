@@ -169,12 +169,18 @@ class FilterFigures(Record):
     gnss_decay: float
     """The same for the slow part of the GNSS error."""
     gnss_var: float
+    gyro_scale: float = 1.0
+    """Reading of the gyro over the true rate."""
+    stamp_offset_s: float
+    """Time of a fix's measurement less its stamp."""
     r_gyro: float
     r_mag: float
     r_gnss: float
     """Variance of the white part of a fix, its tail included, or of a camera's pose."""
     r_heading: float
     """Variance of a camera's heading."""
+    fix_doubt_most: float
+    """`FilterCounters.fix_doubt` from which fixes are rejected."""
     fix_dof: float
     """Degrees of freedom of the distribution of fixes and camera poses."""
     scale_var: float
@@ -237,3 +243,16 @@ class FilterCounters(Record):
     innovation_east_m: float
     """Innovation of the last fix."""
     innovation_north_m: float
+
+    gyro_white: float = math.nan
+    """Innovation of the tick's gyro reading over its standard deviation; nan if there is none. With those below it is
+    what a consistent filter leaves: independent from one to the next, mean 0 and variance 1."""
+    odometry_white_0: float = math.nan
+    """The same of the tick's odometry: its first number, and below the part of the second that is independent of it."""
+    odometry_white_1: float = math.nan
+    fix_white_0: float = math.nan
+    """The same of the last fix that arrived in the tick: east, and below the part of north that is independent of it.
+    Its variance is that of the data sheet, unweighed."""
+    fix_white_1: float = math.nan
+    fix_log_det: float = math.nan
+    """ln det S of that fix's innovation, S in m²."""

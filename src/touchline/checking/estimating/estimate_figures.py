@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.checking.estimating.estimator_run import EstimatorRun
+from touchline.checking.estimating.innovation_tests import fixes_whiteness
 from touchline.checking.estimating.reference_frame import FrameFit, aligned
 from touchline.core.angles import wrapped_all
 from touchline.onboard.estimation.tail import OUTLYING
@@ -20,6 +21,9 @@ LEAST_ACCEPTED_PCT: Final = 90.0
 """Least share of accepted fixes within the estimator's assumptions."""
 SIGMA_FACTOR: Final = 10.0
 """Fixes that report this multiple of the data sheet's σ come from another kind of receiver."""
+MOST_WHEEL_NIS: Final = 2.5
+"""Largest mean NIS of the wheels' readings, of which 2 is expected, within the estimator's assumptions."""
+_THREE_SIGMA: Final = 9.0
 CHI2_95: Final = 5.991464547107979
 """Quantile of χ² with 2 degrees of freedom."""
 
@@ -64,7 +68,7 @@ def _consistency(run: EstimatorRun) -> dict[str, Any] | None:
         return None
     nis, used = run.nis, run.fixes[:, 6] > 0
     share = (1.0 + nis / (FIX_DOF - 2.0)) ** (-0.5 * FIX_DOF)
-    counted = run.consistency
+    counted, correlation = run.consistency, fixes_whiteness(run.white)
     return {
         "fix_nis_mean": float(run.fixes[used, 5].mean()) if used.any() else None,
         "fix_nis_mean_expected": 2.0,
@@ -73,6 +77,8 @@ def _consistency(run: EstimatorRun) -> dict[str, Any] | None:
         "outlying_pct": _pct(share < OUTLYING),
         "outlying_expected_pct": 100.0 * OUTLYING,
         "innovation_rms_m": float(np.sqrt((run.fixes[used, 3:5] ** 2).sum(axis=1).mean())) if used.any() else None,
+        "innovations_correlated": correlation.lag_1 if correlation else None,
+        "innovations_correlated_by_chance": correlation.lag_1_most if correlation else None,
         "wheel_nis_mean": counted.encoder_nis_mean,
         "wheel_nis_mean_expected": 2.0,
         "wheels_rejected": counted.encoders_rejected,
@@ -89,7 +95,12 @@ def error_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any] | No
     if not len(compared.time_s):
         return None
     off_m = np.hypot(*compared.error_m.T)
-    turn = compared.heading_error_rad[np.isfinite(compared.heading_error_rad)]
+    turn = wrapped_all(compared.heading_error_rad)
+    known, claimed = np.isfinite(turn), compared.covariance
+    place = claimed[:, :2, :2]
+    distance = np.einsum("ni,nij,nj->n", compared.error_m, np.linalg.inv(place), compared.error_m)
+    claimed_m = float(np.sqrt(np.trace(place, axis1=1, axis2=2).mean()))
+    heading_rms = float(np.sqrt((turn[known] ** 2).mean())) if known.any() else None
     return {
         "against": "truth" if run.emulated else "reference",
         "alignment": alignment.value,
@@ -97,7 +108,12 @@ def error_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any] | No
         "mean_m": float(off_m.mean()),
         "p95_m": float(np.percentile(off_m, 95)),
         "max_m": float(off_m.max()),
-        "heading_rms_rad": float(np.sqrt((wrapped_all(turn) ** 2).mean())) if len(turn) else None,
+        "heading_rms_rad": heading_rms,
+        "error_over_claimed": float(np.sqrt((off_m**2).mean())) / claimed_m,
+        "heading_over_claimed": heading_rms / float(np.sqrt(claimed[known, 2, 2].mean())) if heading_rms else None,
+        "nees_of_position": float(distance.mean()),
+        "nees_of_position_expected": 2.0,
+        "inside_3_sigma_pct": _pct(distance < _THREE_SIGMA),
     }
 
 
@@ -121,6 +137,23 @@ def verdict(run: EstimatorRun) -> list[str]:
         against.append(
             f"outside of its design: fixes report σ {reported_m:.2g} m (median), the receiver's data sheet says "
             f"{sheet_m:.2g} m; set gnss.white_m and gnss.gauss_markov_… of the mapping's onboard to what it is"
+        )
+    return against + _inconsistent(run)
+
+
+def _inconsistent(run: EstimatorRun) -> list[str]:
+    """Return why the claimed accuracy is not to be believed, a line each."""
+    against, correlation, wheels = [], fixes_whiteness(run.white), run.consistency.encoder_nis_mean
+    remedy = "`touchline calibrate` looks for the cause"
+    if correlation is not None and correlation.found:
+        against.append(
+            f"not consistent: successive innovations of fixes are correlated by {correlation.lag_1:.2f}, where chance "
+            f"explains {correlation.lag_1_most:.2f}, so errors are larger than the σ that is claimed; {remedy}"
+        )
+    if wheels > MOST_WHEEL_NIS:
+        against.append(
+            f"not consistent: the wheels' readings have an NIS of {wheels:.1f}, where 2 is expected: they slip, or the "
+            f"vehicle's radii or track are wrong; {remedy}"
         )
     return against
 

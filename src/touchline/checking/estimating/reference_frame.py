@@ -31,12 +31,14 @@ class Compared(NamedTuple):
         place_m: (n, 2) reference, east and north, aligned with the estimate.
         error_m: (n, 2) estimate minus reference.
         heading_error_rad: (n,) NaN where the reference has no heading.
+        covariance: (n, 3, 3) claimed covariance of east, north [m] and heading [rad].
     """
 
     time_s: Floats
     place_m: Floats
     error_m: Floats
     heading_error_rad: Floats
+    covariance: Floats
 
 
 def aligned(run: EstimatorRun, alignment: FrameFit) -> Compared:
@@ -49,7 +51,7 @@ def aligned(run: EstimatorRun, alignment: FrameFit) -> Compared:
     share = np.clip(at - below, 0.0, 1.0)[:, None]
     pose = (1.0 - share) * run.poses[below] + share * run.poses[below + 1]
     there = np.isfinite(pose).all(axis=1) & np.isfinite(reference[:, :2]).all(axis=1)
-    time_s, pose, reference = time_s[there], pose[there], reference[there]
+    time_s, pose, reference, claimed = time_s[there], pose[there], reference[there], run.covariances[below[there]]
     place = pose[:, :2]
     if run.of_antenna:
         body = run.setup.vehicle.body
@@ -57,7 +59,7 @@ def aligned(run: EstimatorRun, alignment: FrameFit) -> Compared:
         x, y = body.gnss_antenna_x_m, body.gnss_antenna_y_m
         place = place + np.column_stack([cos * x - sin * y, sin * x + cos * y])
     laid, turn = _laid(reference[:, :2], place, alignment)
-    return Compared(time_s, laid, place - laid, pose[:, 2] - reference[:, 2] - turn)
+    return Compared(time_s, laid, place - laid, pose[:, 2] - reference[:, 2] - turn, claimed)
 
 
 def _laid(reference: Floats, place: Floats, alignment: FrameFit) -> tuple[Floats, float]:

@@ -75,6 +75,7 @@ def take_frame(tick: int, fixes: Sequence[ReceivedFix], count: int, drive: Any, 
     if times.first_tick < 0:
         return
     times.tick = tick
+    _forget_innovations(ring.counters)
     advance(ring, drive, tick, max(oldest, times.first_tick + 1), c.buffer.encoder_tick)
     for i in range(count):
         fix = fixes[i]
@@ -84,6 +85,12 @@ def take_frame(tick: int, fixes: Sequence[ReceivedFix], count: int, drive: Any, 
         used = take_fix(ring, drive, tick, times.first_tick, enter_fix(fix, ring))
         if used and fix.fix == FIX_FIXED:
             times.last_used_stamp_s = max(times.last_used_stamp_s, fix.stamp_s)
+
+
+@kernel
+def _forget_innovations(n: m.FilterCounters) -> None:
+    """Clear the innovations of the tick before."""
+    n.gyro_white = n.odometry_white_0 = n.odometry_white_1 = n.fix_white_0 = n.fix_white_1 = n.fix_log_det = math.nan
 
 
 @kernel
@@ -410,8 +417,9 @@ class Estimator:
             return  # from before the robot stood here
         gyro, accel, mag_x, mag_y = (self._sums / self._sum_ticks).tolist()
         # Of a sensor that is not there, no bias is to be learned.
-        gyro = 0.0 if math.isnan(gyro) else gyro
-        accel, c = 0.0 if math.isnan(accel) else self._without_jolts(accel), self.ring.figures
+        c = self.ring.figures
+        gyro = 0.0 if math.isnan(gyro) else gyro / c.gyro_scale
+        accel = 0.0 if math.isnan(accel) else self._without_jolts(accel)
         if abs(accel) > _MOST_LEAN_MPS2 + _GATHERED_SIGMAS * math.sqrt(c.side_bias_var):
             self._gather_anew()
             return

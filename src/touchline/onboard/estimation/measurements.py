@@ -51,7 +51,7 @@ def accept_fix(at: TickEstimate, fix: FixInTick, c: FilterFigures, n: FilterCoun
     nis, share = position_fit(at, fix, c, n, h)
     if not math.isnan(fix.heading_rad):
         share = share_of_poses(share, at, fix, n, h[0])
-    accepted: bool = passes_doubt(n, nis, share)
+    accepted: bool = passes_doubt(c, n, nis, share)
     return accepted
 
 

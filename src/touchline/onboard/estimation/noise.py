@@ -11,6 +11,7 @@ from touchline.onboard.estimation.aiding.encoder_aiding import encoder_figures
 from touchline.onboard.estimation.aiding.gnss_aiding import gnss_figures
 from touchline.onboard.estimation.aiding.imu_aiding import imu_figures
 from touchline.onboard.estimation.aiding.magnetometer_aiding import magnetometer_figures
+from touchline.onboard.estimation.tail import CONTRADICTED
 from touchline.onboard.filter_model import FilterFigures
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import GNSS, ODOMETRY, OVERHEAD_CAMERA, Vehicle
@@ -40,6 +41,7 @@ def noise_figures(vehicle: Vehicle, config: OnboardConfig, drive_model: OnboardD
     encoder_figures(c, config, drive_model, rate_hz)
     magnetometer_figures(c, config)
     c.q_yaw_rate = _YAW_NOISE_RADPS**2
+    c.fix_doubt_most = CONTRADICTED
     c.rise_var = (_RISE * GRAVITY_MPS2) ** 2
     c.q_rise = _RISE_CHANGE_PM * GRAVITY_MPS2**2
     return c

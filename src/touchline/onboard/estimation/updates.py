@@ -6,6 +6,8 @@ filtering: D. Simon, Optimal State Estimation, Wiley 2006, section 6.1).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -82,6 +84,24 @@ def nis_of_two(P: Floats, h: Floats, y: tuple[float, float], r: float) -> float:
     s00, s11 = s00 + r, s11 + r
     nis: float = (s11 * y0 * y0 - 2.0 * s01 * y0 * y1 + s00 * y1 * y1) / (s00 * s11 - s01 * s01)
     return nis
+
+
+@borrowing
+def whitened(P: Floats, h: Floats, y: tuple[float, float], r: float) -> tuple[float, float, float]:
+    """Return innovations of two numbers measured at once as independent ones with variance 1, and ln det S.
+
+    They are L⁻¹ y with L Lᵀ = S = H P Hᵀ + r I.
+
+    Args:
+        P: (STATES, STATES) covariance of the state.
+        h: (2, STATES) rows of the measurement.
+        y: Innovations of the first and the second.
+        r: Variance of each.
+    """
+    s00, s01, s11 = spread(P, h)
+    s00, s11 = s00 + r, s11 + r
+    rest = s11 - s01 * s01 / s00
+    return y[0] / math.sqrt(s00), (y[1] - s01 / s00 * y[0]) / math.sqrt(rest), math.log(s00 * rest)
 
 
 @kernel

@@ -15,9 +15,9 @@ from touchline.core.jit import borrowing, kernel
 from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard.computer_state import FilterState, ReceivedFix
 from touchline.onboard.estimation.gauss_markov import one_term
-from touchline.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood, weighed_variance
+from touchline.onboard.estimation.tail import bounded, doubt, likelihood, weighed_variance
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
-from touchline.onboard.estimation.updates import apply_two, nis_of_two
+from touchline.onboard.estimation.updates import apply_two, nis_of_two, whitened
 from touchline.onboard.filter_model import (
     EAST,
     FIX_DOF,
@@ -67,6 +67,7 @@ def gnss_figures(c: FilterFigures, vehicle: Vehicle, config: OnboardConfig) -> N
         )
     )
     c.gnss_decay = math.exp(-TICK_S / tau)
+    c.stamp_offset_s = gnss.stamp_offset_s
     c.r_gnss, c.fix_dof = max(gnss.white_m, POSITION_FLOOR_M) ** 2, FIX_DOF
 
 
@@ -82,9 +83,10 @@ def enter_fix(fix: ReceivedFix, ring: FilterState) -> int:
         Tick in which the fix is valid, or less than a tick after which it is.
     """
     c, entered = ring.figures, ring.arrived
-    tick: int = math.floor(fix.stamp_s / TICK_S + 1e-6)
+    measured_s = fix.stamp_s + c.stamp_offset_s
+    tick: int = math.floor(measured_s / TICK_S + 1e-6)
     entered.east_m, entered.north_m = fix.east_m, fix.north_m
-    entered.after_s = fix.stamp_s - tick * TICK_S
+    entered.after_s = measured_s - tick * TICK_S
     entered.heading_rad = fix.heading_rad
     entered.heading_variance_rad2 = max(fix.heading_variance_rad2, c.r_heading)
     if fix.fix == FIX_FIXED:
@@ -151,21 +153,23 @@ def position_fit(
     nis = nis_of_two(at.P, h, y, fix.variance_m2)
     weighed = bounded(nis, c.fix_dof)
     n.innovation_east_m, n.innovation_north_m, n.fix_nis_last = y[0], y[1], weighed
+    n.fix_white_0, n.fix_white_1, n.fix_log_det = whitened(at.P, h, y, fix.variance_m2)
     return weighed, likelihood(nis, c.fix_dof)
 
 
 @kernel
-def passes_doubt(n: FilterCounters, nis: float, share: float) -> bool:
+def passes_doubt(c: FilterFigures, n: FilterCounters, nis: float, share: float) -> bool:
     """Return whether a fix is to be used; it is not if the run of outlying fixes that it ends is no chance.
 
     Args:
+        c: Figures of the filter.
         n: Counters, updated.
         nis: Bounded NIS of the fix.
         share: Share of honest fixes that err at least as much.
     """
     n.fix_doubt = doubt(n.fix_doubt, share)
     n.fixes_outlying_run = n.fixes_outlying_run + 1 if n.fix_doubt > 0.0 else 0
-    if n.fix_doubt >= CONTRADICTED:
+    if n.fix_doubt >= c.fix_doubt_most:
         n.fixes_rejected += 1
         return False
     n.fixes += 1

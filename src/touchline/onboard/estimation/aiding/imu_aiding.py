@@ -64,6 +64,7 @@ def imu_figures(c: FilterFigures, config: OnboardConfig) -> None:
     c.side_bias_var = imu.accel_turn_on_bias_mps2**2 + 1e-6
     c.q_side_bias = c.q_accel_bias
     c.r_side = imu.accel_density_mps2_rthz**2 / TICK_S + _SIDE_FLOOR_MPS2**2
+    c.gyro_scale = 1.0 + imu.gyro_scale_relative
     c.r_gyro = imu.gyro_density_radps_rthz**2 / TICK_S + _GYRO_FLOOR_RADPS**2
 
 
@@ -105,7 +106,7 @@ def take_imu(c: ComputerState) -> bool:
     accel = c.frame.readings[ACCEL]
     before = state.accel_mps2 if sampled == state.imu_tick + 1 else accel
     row = c.filter.inputs[sampled % RING]
-    row.gyro_radps = c.frame.readings[GYRO + 2]
+    row.gyro_radps = c.frame.readings[GYRO + 2] / c.filter.figures.gyro_scale
     row.accel_mps2 = 0.5 * (accel + before)
     row.side_mps2 = c.frame.readings[ACCEL + 1]
     state.accel_mps2 = accel
@@ -195,4 +196,8 @@ def use_gyro(at: TickEstimate, c: FilterFigures, n: FilterCounters, live: bool, 
         row[k] = 0.0
     if not math.isnan(z.gyro_radps) and not _gyro_disputed(at, c, n, live):
         row[YAW_RATE], row[GYRO_BIAS] = 1.0, 1.0
-        apply(x, P, row, z.gyro_radps - x[YAW_RATE] - x[GYRO_BIAS], c.r_gyro, g)
+        innovation = z.gyro_radps - x[YAW_RATE] - x[GYRO_BIAS]
+        if live:
+            s = P[YAW_RATE, YAW_RATE] + 2.0 * P[YAW_RATE, GYRO_BIAS] + P[GYRO_BIAS, GYRO_BIAS] + c.r_gyro
+            n.gyro_white = innovation / math.sqrt(s)
+        apply(x, P, row, innovation, c.r_gyro, g)

@@ -1,0 +1,1 @@
+"""Calibration: constants of a robot from a recording of a drive."""

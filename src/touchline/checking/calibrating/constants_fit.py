@@ -1,0 +1,163 @@
+"""Least squares: the constants with which the filter's innovations are smallest.
+
+The filter is run again on the recorded sensors with each constant changed a little, which gives the derivatives of its
+innovations. Weighed by their own covariance they are the likelihood of the recording (prediction-error method:
+L. Ljung, System Identification, 2nd ed., Prentice Hall 1999, section 7.4), so that a Gauss–Newton step solves what a
+filter with the constants as further states would converge to (B. Friedland, "Treatment of bias in recursive filtering",
+IEEE Trans. Automatic Control 14(4), 1969).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.checking.calibrating.robot_constants import Constant, changed
+from touchline.checking.estimating.estimator_inputs import EstimatorInputs
+from touchline.checking.estimating.estimator_run import WHITE_COLUMNS, EstimatorRun, rerun
+from touchline.onboard.estimation.frame_series import FrameSeries
+from touchline.onboard.filter_model import FIX_DOF
+from touchline.schemas.errors import SpecError
+
+Floats = NDArray[np.float64]
+
+LEAST_FIXES: Final = 150
+"""Fewest fixes from which constants can be told."""
+_DELAY_TICKS: Final = 25
+_TRUST: Final = (10.0, 5.0, 2.0)
+"""Factors on the receiver's σ in the first rounds, so that wrong constants do not have fixes rejected."""
+_MOST_ROUNDS: Final = 12
+_CONVERGED: Final = 0.05
+"""Change in σ below which it has converged."""
+_FIX: Final = [WHITE_COLUMNS.index(name) for name in ("fix_white_0", "fix_white_1")]
+
+
+class Normal(NamedTuple):
+    """Normal equations of a part of the recording, in multiples of each constant's σ at the start.
+
+    Attributes:
+        information: (k, k) matrix, without what was known before.
+        gradient: (k,) downhill.
+    """
+
+    information: Floats
+    gradient: Floats
+
+    def solved(self, prior: Floats) -> tuple[Floats, Floats]:
+        """Return the solution with (k,) information from before, and its (k, k) covariance."""
+        covariance = np.asarray(np.linalg.inv(self.information + np.diag(prior)), dtype=np.float64)
+        return covariance @ self.gradient, covariance
+
+
+class Fit(NamedTuple):
+    """Constants of a recording.
+
+    Attributes:
+        changes: (k,) changes of the constants.
+        covariance: (k, k) their covariance; what was known before is in it.
+        halves: (2, k) changes that the first and the second half of the recording alone would ask for beyond these.
+        halves_sigma: (2, k) standard deviations of those.
+        run: Estimator run with the changed constants.
+        converged: Whether further rounds would change nothing.
+    """
+
+    changes: Floats
+    covariance: Floats
+    halves: Floats
+    halves_sigma: Floats
+    run: EstimatorRun
+    converged: bool
+
+
+def fit_constants(
+    inputs: EstimatorInputs, constants: Sequence[Constant], progress: Callable[[float], None] = lambda done: None
+) -> Fit:
+    """Return the constants that fit a recording best.
+
+    Args:
+        inputs: The recording.
+        constants: Constants to be found.
+        progress: Called with the fraction done.
+
+    Raises:
+        NotRebuilt: The recording has no sensor frames.
+        SpecError: It has too few fixes.
+    """
+    runs = _Runs(inputs, constants)
+    start = np.array([constant.start_sigma for constant in constants])
+    found, converged, done = np.zeros(len(constants)), False, 0
+    while not converged and done < _MOST_ROUNDS:
+        trust = _TRUST[done] if done < len(_TRUST) else 1.0
+        white, slopes = runs.innovations(found * start, trust)
+        whole = _normal(white, slopes)
+        target, covariance = whole.solved(np.ones(len(start)))
+        # The prior is about no change at all, so the step has to give back a part of what has been found.
+        step = target - covariance @ found
+        found = found + step
+        done += 1
+        converged = done > len(_TRUST) and bool((np.abs(step) < _CONVERGED * np.sqrt(np.diag(covariance))).all())
+        progress(done / _MOST_ROUNDS)
+    white, slopes = runs.innovations(found * start, 1.0)
+    middle = len(white) // 2
+    parts = [
+        _normal(white[half], slopes[half]).solved(np.ones(len(start))) for half in (slice(middle), slice(middle, None))
+    ]
+    covariance = _normal(white, slopes).solved(np.ones(len(start)))[1]
+    return Fit(
+        found * start,
+        covariance * np.outer(start, start),
+        np.array([solution for solution, _ in parts]) * start,
+        np.array([np.sqrt(np.diag(each)) for _, each in parts]) * start,
+        runs.run(found * start, 1.0),
+        converged,
+    )
+
+
+class _Runs:
+    """Estimator runs with changed constants."""
+
+    def __init__(self, inputs: EstimatorInputs, constants: Sequence[Constant]) -> None:
+        self._inputs, self._constants = inputs, constants
+        self._frames = _delayed(inputs.frames())
+        fixes = len(self._frames.fixes)
+        if fixes < LEAST_FIXES:
+            raise SpecError("the recording", "", f"has {fixes} fixes", f"record a drive with at least {LEAST_FIXES}")
+
+    def run(self, changes: Floats, trust: float) -> EstimatorRun:
+        """Run the estimator with (k,) changed constants and a receiver whose σ is `trust` times that of its sheet."""
+        setup = changed(self._inputs.setup, dict(zip(self._constants, changes.tolist(), strict=True)))
+        sheet = setup.onboard.gnss
+        loose = sheet.model_copy(update={"white_m": sheet.white_m * trust})
+        onboard = setup.onboard.model_copy(update={"gnss": loose})
+        return rerun(self._inputs, setup.model_copy(update={"onboard": onboard}), self._frames, forgiving=True)
+
+    def innovations(self, changes: Floats, trust: float) -> tuple[Floats, Floats]:
+        """Return (n, 2) whitened innovations of fixes, and (n, 2, k) derivatives by constants over their start σ."""
+        white, slopes = self.run(changes, trust).white[:, _FIX], []
+        for index, constant in enumerate(self._constants):
+            moved = changes.copy()
+            moved[index] += constant.step
+            slope = (self.run(moved, trust).white[:, _FIX] - white) * (constant.start_sigma / constant.step)
+            slopes.append(slope)
+        by_constant = np.stack(slopes, axis=-1)
+        # A small change may decide whether a fix is taken; what follows from that is no derivative.
+        smooth = np.isfinite(white).all(axis=1) & np.isfinite(by_constant).all(axis=(1, 2))
+        limits = np.array([constant.start_sigma / constant.step for constant in self._constants])
+        smooth &= (np.abs(np.nan_to_num(by_constant)) < limits).all(axis=(1, 2))
+        return white[smooth], by_constant[smooth]
+
+
+def _normal(white: Floats, slopes: Floats) -> Normal:
+    """Return the normal equations of innovations, those of unlikely fixes weighed as the filter does."""
+    weights = (FIX_DOF + 2.0) / (FIX_DOF - 2.0 + (white**2).sum(axis=1))
+    information = np.einsum("n,nak,nal->kl", weights, slopes, slopes)
+    return Normal(information, -np.einsum("n,nak,na->k", weights, slopes, white))
+
+
+def _delayed(frames: FrameSeries) -> FrameSeries:
+    """Return frames whose fixes arrive later, so that one which was measured after its stamp still is in the past."""
+    first = np.full(_DELAY_TICKS, frames.arrived[0])
+    return frames._replace(arrived=np.concatenate((first, frames.arrived[:-_DELAY_TICKS])))

@@ -1,0 +1,182 @@
+"""Calibration of a robot from a recording: its constants, what speaks against each, and the noise beside them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from touchline.checking.calibrating.constants_fit import Fit, fit_constants
+from touchline.checking.calibrating.drive_motion import DriveMotion, motion_of
+from touchline.checking.calibrating.noises import NoiseFit, best_noise
+from touchline.checking.calibrating.robot_constants import (
+    GYRO_SCALE,
+    STAMP_OFFSET,
+    Constant,
+    changed,
+    constants_of,
+)
+from touchline.checking.estimating.estimator_inputs import EstimatorInputs
+from touchline.checking.estimating.estimator_run import EstimatorRun, rerun
+from touchline.checking.estimating.innovation_tests import fixes_whiteness
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.setup import Setup
+
+_KNOWN: Final = 0.5
+"""Share of its σ at the start that a known constant's is at most."""
+_ALIKE: Final = 0.9
+"""Correlation from which two constants cannot be told apart."""
+_AGREE: Final = 3.0
+"""σ within which both halves of a recording agree."""
+_BELIEVED: Final = 5.0
+"""σ at the start within which a change is believed."""
+_REJECTED: Final = 0.01
+"""Largest share of rejected wheel readings: wheels that slip look like an arm and a delay."""
+
+
+class ConstantFinding(NamedTuple):
+    """Constant as a recording tells it.
+
+    Attributes:
+        constant: The constant.
+        in_file: Value in the robot's files.
+        change: Change that fits best.
+        sigma: Its standard deviation.
+        against: Why it cannot be believed; empty if it can.
+    """
+
+    constant: Constant
+    in_file: float
+    change: float
+    sigma: float
+    against: str
+
+
+class Calibration(NamedTuple):
+    """Result of a calibration.
+
+    Attributes:
+        findings: What the recording tells of each constant.
+        noise: Noise that explains it best.
+        motion: Motion of the robot.
+        doubts: What speaks against all of it.
+        setup: Setup with the constants that are believed.
+    """
+
+    findings: tuple[ConstantFinding, ...]
+    noise: NoiseFit
+    motion: DriveMotion
+    doubts: tuple[str, ...]
+    setup: Setup
+
+    @property
+    def believed(self) -> bool:
+        """True if constants may be taken over."""
+        return not self.doubts and any(not finding.against for finding in self.findings)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the result as a JSON object; a constant that is not believed has no number."""
+        return {
+            "constants": [
+                {
+                    "name": finding.constant.name,
+                    "field": finding.constant.in_file(),
+                    "unit": finding.constant.unit,
+                    "in_file": finding.in_file,
+                    "found": None if finding.against else finding.in_file + finding.change,
+                    "sigma": None if finding.against else finding.sigma,
+                    "against": finding.against,
+                }
+                for finding in self.findings
+            ],
+            "noise": {
+                "larger_than_told": self.noise.name or None,
+                "told_apart": self.noise.told if self.noise.name else None,
+                "advantage": self.noise.better,
+                "runner_up": self.noise.runner_up[0],
+                "onboard": {name: dict(values) for name, values in self.noise.changes.items()},
+            },
+            "motion": self.motion._asdict(),
+            "doubts": list(self.doubts),
+        }
+
+
+def calibrate(path: Path, robot: str | None, progress: Callable[[float], None] = lambda done: None) -> Calibration:
+    """Return the constants of a robot by a recording of a drive.
+
+    Args:
+        path: The recording.
+        robot: Namespace of the robot, if there are several.
+        progress: Called with the fraction done.
+
+    Raises:
+        RecordingError: The recording cannot be read.
+        SpecError: It has no session of that robot, or too few fixes.
+        NotRebuilt: It has no sensor frames.
+    """
+    inputs = EstimatorInputs(path, robot)
+    constants = constants_of(inputs.setup)
+    fit = fit_constants(inputs, constants, lambda done: progress(0.8 * done))
+    motion, frames = motion_of(fit.run), inputs.frames()
+    best = changed(inputs.setup, dict(zip(constants, fit.changes.tolist(), strict=True)))
+
+    def run_with(config: OnboardConfig) -> EstimatorRun:
+        return rerun(inputs, best.model_copy(update={"onboard": config}), frames, forgiving=True)
+
+    noise = best_noise(best.onboard, run_with)
+    progress(1.0)
+    findings = _findings(inputs.setup, constants, fit, motion)
+    doubts = tuple(_doubts(fit, noise))
+    believed = {} if doubts else {each.constant: each.change for each in findings if not each.against}
+    return Calibration(findings, noise, motion, doubts, changed(inputs.setup, believed))
+
+
+def _findings(
+    setup: Setup, constants: Sequence[Constant], fit: Fit, motion: DriveMotion
+) -> tuple[ConstantFinding, ...]:
+    sigmas = np.sqrt(np.diag(fit.covariance))
+    correlation = fit.covariance / np.outer(sigmas, sigmas)
+    found = []
+    for index, constant in enumerate(constants):
+        sigma, change = float(sigmas[index]), float(fit.changes[index])
+        halves, halves_sigma = fit.halves[:, index], np.maximum(fit.halves_sigma[:, index], constant.floor)
+        alike = [other.name for j, other in enumerate(constants) if j != index and abs(correlation[index, j]) > _ALIKE]
+        missing = [str(getattr(motion, need)) for need in constant.needs if getattr(motion, need)]
+        against = ""
+        if missing:
+            against = f"this drive does not tell it: {' and '.join(missing)}"
+        elif alike:
+            against = f"this drive does not tell it from {' and '.join(alike)}"
+        elif sigma > _KNOWN * constant.start_sigma:
+            against = "this drive hardly tells it: drive for longer, with more turns and stops"
+        elif abs(change) > min(_BELIEVED * constant.start_sigma, constant.most):
+            against = "it would be too far from what the file says: is the file of this robot?"
+        elif abs(halves[0] - halves[1]) > _AGREE * math.hypot(*halves_sigma):
+            against = "both halves of the drive contradict each other"
+        found.append(ConstantFinding(constant, constant.of(setup), change, max(sigma, constant.floor), against))
+    return tuple(found)
+
+
+def _doubts(fit: Fit, noise: NoiseFit) -> list[str]:
+    doubts = []
+    if not fit.converged:
+        doubts.append("no constants fit the recording: the search for them does not end")
+    correlation = fixes_whiteness(fit.run.white)
+    if correlation is not None and correlation.found:
+        explained = f"; {noise.name} more than the files say" if noise.name else ""
+        doubts.append(
+            f"with the best constants successive innovations of fixes still are correlated by {correlation.lag_1:.2f}, "
+            f"chance explains {correlation.lag_1_most:.2f}{explained}"
+        )
+    counted = fit.run.consistency
+    readings = counted.encoders_rejected + int(np.isfinite(fit.run.white[:, 1]).sum())
+    if counted.encoders_rejected > _REJECTED * max(readings, 1):
+        share = 100.0 * counted.encoders_rejected / readings
+        doubts.append(
+            f"the wheels slip ({share:.1f} % of their readings are rejected), which looks like {GYRO_SCALE.name}, "
+            f"antenna and {STAMP_OFFSET.name}: calibrate on dry ground"
+        )
+    return doubts

@@ -1,0 +1,134 @@
+"""Inputs of an estimator run: what a recording has of a robot's sensors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.checking.recorded_session import TICK_NS, tick_of
+from touchline.checking.sensor_frames import SENSED, sensor_frames
+from touchline.core.geodesy import local_frame, to_local
+from touchline.onboard.estimation.frame_series import FrameSeries
+from touchline.recordings.channels import namespace_at, robots_among, topic_at
+from touchline.recordings.former_types import presented
+from touchline.recordings.message_table import MessageTable
+from touchline.recordings.reader import RecordingReader
+from touchline.recordings.recorded import Recorded
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.errors import PayloadError, SpecError
+from touchline.schemas.frames import GNSS_FRAME
+from touchline.schemas.messages import GnssStatus, NavSatFix, Odometry, RobotOrder, String
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import parse
+from touchline.schemas.vehicles import GNSS
+
+Floats = NDArray[np.float64]
+
+
+class EstimatorInputs:
+    """Sensors, orders and reference of a recorded session.
+
+    Args:
+        path: The recording.
+        robot: Namespace of the robot, if there are several.
+
+    Attributes:
+        setup: Setup of the session.
+        robot: Namespace of the robot.
+        last_tick: Last tick with a sensor's message.
+        orders: Names and details of the orders that the robot was given, by tick.
+        remarks: What could not be read.
+
+    Raises:
+        RecordingError: The recording cannot be read.
+        SpecError: It has no session of that robot, or of one without a GNSS receiver.
+    """
+
+    def __init__(self, path: Path, robot: str | None) -> None:
+        """Read the recording."""
+        reader = RecordingReader(path)
+        self._sensors: dict[str, list[Recorded]] = {}
+        self.orders: dict[int, list[tuple[str, dict[str, Any]]]] = {}
+        self.last_tick, self.remarks = 0, list[str]()
+        self._references: dict[str, list[Recorded]] = {topics.TRUTH.name: [], topics.REFERENCE.name: []}
+        setups: dict[str, bytes] = {}
+        for message in map(presented, reader.messages()):
+            topic, namespace = topic_at(message.topic), namespace_at(message.topic)
+            if topic is None or (robot is not None and namespace != robot):
+                continue
+            if topic == topics.SETUP:
+                setups[namespace] = message.payload
+            elif topic.name in SENSED:
+                self._sensors.setdefault(topic.name, []).append(message)
+                self.last_tick = max(self.last_tick, message.log_time_ns // TICK_NS)
+            elif topic.name in self._references:
+                self._references[topic.name].append(message)
+            elif topic == topics.ORDERS:
+                self._take_order(message)
+        if reader.summary.problem:
+            self.remarks.append(f"as far as the recording goes: {reader.summary.problem}")
+        robots = robots_among(reader.summary.topics)
+        if robot is not None and robot not in robots:
+            raise SpecError(str(path), "--robot", f"is {robot!r}", f"choose one of {', '.join(robots) or 'none'}")
+        if len(setups) > 1:
+            raise SpecError(str(path), "", "is of several robots", f"name one with --robot: {', '.join(setups)}")
+        if not setups:
+            remedy = "give a session that was recorded from its start, or that `touchline import` made"
+            raise SpecError(str(path), "", "has no robot's setup", remedy)
+        ((self.robot, payload),) = setups.items()
+        self.setup = parse(Setup, decode(String, payload).data, "the recording's setup", recorded=True)
+        if self.setup.vehicle.positioning != GNSS:
+            raise SpecError(
+                str(path),
+                "",
+                f"is of a robot positioned by {self.setup.vehicle.positioning}",
+                "give one with a GNSS receiver",
+            )
+
+    def frames(self) -> FrameSeries:
+        """Return the sensor frames of its computer.
+
+        Raises:
+            NotRebuilt: They cannot be made of the recording.
+        """
+        tables = {name: MessageTable.of(messages) for name, messages in self._sensors.items()}
+        return sensor_frames(self.setup, tables, self.last_tick)
+
+    def _take_order(self, message: Recorded) -> None:
+        try:
+            order = decode(RobotOrder, message.payload)
+            details = order.details()
+        except PayloadError:
+            self.remarks.append("an order in the recording cannot be read")
+            return
+        self.orders.setdefault(tick_of(order.header), []).append((order.name, details))
+
+    def receiver(self) -> Floats:
+        """Return all fixes, as in `EstimatorRun`."""
+        origin = self.setup.scenario.origin
+        frame = local_frame(origin.latitude_deg, origin.longitude_deg, origin.altitude_m)
+        statuses, placed = (self._sensors.get(topic.name, ()) for topic in (topics.GNSS_STATUS, topics.GNSS_FIX))
+        kinds = {message.publish_time_ns: decode(GnssStatus, message.payload) for message in statuses}
+        rows = []
+        for message in placed:
+            fix, time_ns = decode(NavSatFix, message.payload), message.publish_time_ns
+            status = kinds.get(time_ns, GnssStatus())
+            east, north, _ = to_local(frame, fix.latitude, fix.longitude, fix.altitude)
+            sigma_m = float(fix.position_covariance[0]) ** 0.5
+            rows.append((time_ns / 1e9, east, north, sigma_m, status.fix, status.correction_age_s))
+        return np.array(rows, dtype=np.float64).reshape(-1, 6)
+
+    def reference(self) -> tuple[Floats, bool, bool]:
+        """Return reference, of_antenna and emulated, as in `EstimatorRun`."""
+        truth, foreign = self._references.values()
+        rows, of_antenna = [], False
+        for message in truth or foreign:
+            pose = decode(Odometry, message.payload)
+            of_antenna |= pose.child_frame_id == GNSS_FRAME
+            place, turned = pose.pose.pose.position, pose.pose.pose.orientation
+            rows.append((message.publish_time_ns / 1e9, place.x, place.y, 2.0 * float(np.arctan2(turned.z, turned.w))))
+        return np.array(rows, dtype=np.float64).reshape(-1, 4), of_antenna, bool(truth)

@@ -1,0 +1,111 @@
+"""Calibration from a recording whose files are wrong by known amounts."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.command import app
+from touchline.checking.calibrating import robot_constants as c
+from touchline.checking.calibrating.constants_fit import fit_constants
+from touchline.checking.calibrating.drive_calibration import calibrate
+from touchline.checking.calibrating.noises import best_noise
+from touchline.checking.estimating.estimate_figures import verdict
+from touchline.checking.estimating.estimator_inputs import EstimatorInputs
+from touchline.checking.estimating.estimator_run import rerun
+from touchline.schemas.catalogue import load_vehicle
+from touchline.schemas.errors import SpecError
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.spec import parse
+
+SQUARE = Path(__file__).parents[1] / "sessions" / "0.2.0" / "square.mcap"
+WRONG = {c.GYRO_SCALE: 0.005, c.ANTENNA_X: 0.01, c.ANTENNA_Y: -0.01, c.STAMP_OFFSET: 0.03}
+pytestmark = pytest.mark.xdist_group("checking")
+
+
+@pytest.fixture
+def inputs():
+    return EstimatorInputs(SQUARE, None)
+
+
+def disturbed(inputs, errors_m):
+    """Frames with further errors of their fixes, (fixes, 2)."""
+    frames = inputs.frames()
+    fixes = frames.fixes.copy()
+    fixes["east_m"] += errors_m[:, 0]
+    fixes["north_m"] += errors_m[:, 1]
+    return frames._replace(fixes=fixes)
+
+
+def noise_in(inputs, frames):
+    def run(config):
+        return rerun(inputs, inputs.setup.model_copy(update={"onboard": config}), frames, forgiving=True)
+
+    return best_noise(inputs.setup.onboard, run)
+
+
+def drawn(n, sigma_m, tau_s=0.0):
+    keep = np.exp(-0.1 / tau_s) if tau_s else 0.0
+    errors = np.random.default_rng(5).standard_normal((n, 2)) * sigma_m
+    for i in range(1, n):
+        errors[i] = keep * errors[i - 1] + np.sqrt(1.0 - keep**2) * errors[i]
+    return errors
+
+
+@pytest.mark.parametrize("wrong", [{}, WRONG], ids=["right files", "wrong files"])
+def test_it_finds_what_the_files_are_wrong_by(inputs, wrong):
+    inputs.setup = c.changed(inputs.setup, wrong)
+    constants = c.constants_of(inputs.setup)
+    fit = fit_constants(inputs, constants)
+    assert fit.converged
+    for constant, change, variance in zip(constants, fit.changes, np.diag(fit.covariance), strict=True):
+        sigma = max(np.sqrt(variance), constant.floor)
+        assert abs(change + wrong.get(constant, 0.0)) < 2.0 * sigma, constant.name
+
+
+def test_what_a_drive_does_not_tell_has_no_number():
+    found = calibrate(SQUARE, None)
+    by_name = {each["name"]: each for each in found.as_json()["constants"]}
+    assert by_name["gyro scale"]["found"] is None  # it only turns to the right
+    assert "turn by at least 180° to each side" in by_name["gyro scale"]["against"]
+    assert by_name["antenna forward"]["found"] == pytest.approx(0.0, abs=0.004)
+    assert found.believed
+    assert found.noise.name == ""
+    assert found.setup.onboard.imu.gyro_scale_relative == 0.0
+
+
+def test_the_command_writes_files_that_can_be_given_again(tmp_path):
+    result = CliRunner().invoke(app, ["calibrate", str(SQUARE), "--json", "--out", str(tmp_path / "robot")])
+    assert result.exit_code == 0, result.output
+    said = json.loads(result.stdout)
+    found = {each["name"]: each["found"] for each in said["constants"]}
+    vehicle = load_vehicle(str(tmp_path / "robot" / "vehicle.json"))
+    assert vehicle.body.gnss_antenna_x_m == found["antenna forward"]
+    onboard = parse(OnboardConfig, (tmp_path / "robot" / "onboard.json").read_text(), "onboard")
+    assert onboard.gnss.stamp_offset_s == found["stamp offset"]
+
+
+@pytest.mark.parametrize(
+    ("sigma_m", "tau_s", "named"), [(0.012, 0.0, "fixes scatter"), (0.012, 3.0, "fixes wander")], ids=["white", "slow"]
+)
+def test_a_noise_larger_than_the_files_say_is_named(inputs, sigma_m, tau_s, named):
+    frames = disturbed(inputs, drawn(len(inputs.frames().fixes), sigma_m, tau_s))
+    assert noise_in(inputs, frames).name == named
+
+
+def test_an_estimate_that_claims_too_much_is_told(inputs):
+    frames = disturbed(inputs, drawn(len(inputs.frames().fixes), 0.012, 3.0))
+    run = rerun(inputs, inputs.setup, frames)
+    run.receiver = inputs.receiver()
+    (line,) = [line for line in verdict(run) if "innovations" in line]
+    assert line.startswith("not consistent: successive innovations of fixes are correlated by 0.")
+    assert line.endswith("`touchline calibrate` looks for the cause")
+
+
+def test_a_short_recording_is_refused(inputs, monkeypatch):
+    frames = inputs.frames()
+    monkeypatch.setattr(inputs, "frames", lambda: frames._replace(fixes=frames.fixes[:100]))
+    with pytest.raises(SpecError, match="has 100 fixes; record a drive with at least 150"):
+        fit_constants(inputs, c.CONSTANTS)
