@@ -19,6 +19,7 @@ from tests.onboard.rig import Rig
 from tests.two_wheels import STANDSTILL
 from touchline.onboard import filter_model as m
 from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.interface import Command
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 
@@ -35,7 +36,7 @@ def jumped(vehicle: Vehicle, rejected: int = 40) -> tuple[Rig, Estimator]:
     estimator = Estimator(vehicle, data_sheets(SCENARIO))
     drive(rig, estimator, 1000)
     drive(rig, estimator, 100, lambda _: STANDSTILL)
-    rig.fix_offset_m = OFFSET
+    rig.fix_offset_m = OFFSET if rejected else (0.0, 0.0)
     while estimator.counters.fixes_outlying_run < rejected:
         estimator.step(rig.step(STANDSTILL))
     return rig, estimator
@@ -85,6 +86,30 @@ def test_an_accepted_jump_is_known_as_well_as_one_fix_tells_it(vehicle: Vehicle)
     drive(rig, estimator, 300, lambda _: STANDSTILL)
     assert estimator.counters.fixes_outlying_run == 0
     drive(rig, estimator, 600, lambda t: wander(500 + t))
+    assert error(rig, estimator)[:2] == pytest.approx(OFFSET, abs=0.03)
+
+
+def test_a_jump_is_told_from_an_estimate_that_drifts_away() -> None:
+    _, estimator = jumped(Vehicle())
+    jump = estimator.accept_jump()
+    assert jump.of_receiver
+    assert jump.seen_m == pytest.approx(math.hypot(*OFFSET), abs=0.05)
+    rig, estimator = jumped(Vehicle(), rejected=0)
+    for fixes in range(200):  # of a receiver that moves by 5 mm from one to the next
+        rig.fix_offset_m = (0.005 * fixes, 0.0)
+        drive(rig, estimator, 10, lambda _: STANDSTILL)
+        if estimator.contradicted and estimator.counters.fixes_outlying_run >= 15:
+            break
+    drift = estimator.accept_jump()
+    assert not drift.of_receiver
+    assert drift.seen_m < 0.4 * drift.moved_m
+
+
+def test_a_jump_accepted_while_driving_counts_what_was_driven_since_the_fix() -> None:
+    rig, estimator = jumped(Vehicle())
+    drive(rig, estimator, 300, lambda _: Command((7.0, 7.0), False, False))
+    assert estimator.state[m.SPEED] * SCENARIO.gnss.latency_s > 0.07
+    estimator.accept_jump()
     assert error(rig, estimator)[:2] == pytest.approx(OFFSET, abs=0.03)
 
 

@@ -282,8 +282,8 @@ class Onboard:
     def perceive(self, frame: SensorFrame) -> None:
         """Estimate the pose, and evaluate it and all hazards: the first part of `step`."""
         self._estimator.step(frame)
-        if (moved_m := self._estimator.accept_lasting_jump()) > 0.0:
-            self._traversal.report_accepted(moved_m)
+        if (jump := self._estimator.accept_lasting_jump()) is not None:
+            self._traversal.report_accepted(jump)
         self._watch.look(frame.tick)
         self._hazards.look(frame.tick)
 

@@ -213,6 +213,11 @@ class FilterCounters(Record):
     fixes_rejected: int
     fixes_outlying_run: int
     """Consecutive outlying fixes, used or not."""
+    fix_step_m: float
+    """Change of the last fix's innovation from the one before: what the receiver moved beyond odometry."""
+    outlying_step_m: float
+    """Largest of those in the present run of outlying fixes: about its innovation if the receiver has jumped, far less
+    if the estimate has drifted away."""
     fixes_late: int
     fixes_duplicate: int
     fixes_out_of_order: int

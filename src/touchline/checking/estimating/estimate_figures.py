@@ -12,6 +12,7 @@ from touchline.checking.estimating.estimator_run import EstimatorRun
 from touchline.checking.estimating.innovation_tests import fixes_whiteness
 from touchline.checking.estimating.reference_frame import FrameFit, aligned
 from touchline.core.angles import wrapped_all
+from touchline.onboard.estimation.filter import AcceptedJump
 from touchline.onboard.estimation.tail import OUTLYING
 from touchline.onboard.filter_model import FIX_DOF
 
@@ -30,19 +31,28 @@ CHI2_95: Final = 5.991464547107979
 
 def estimate_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any]:
     """Return the figures as a JSON object."""
+    jumps, drifts = _jumps_and_drifts(run)
     return {
         "duration_s": run.duration_s,
         "started_at_s": run.starts_s[-1] if run.starts_s else None,
         "fixes": _fixes(run),
         "jumps": {
-            "accepted": len(run.jumps),
-            "largest_m": max((jump.moved_m for jump in run.jumps), default=0.0),
+            "accepted": len(jumps),
+            "largest_m": max((jump.moved_m for jump in jumps), default=0.0),
+            "divergences": len(drifts),
+            "largest_divergence_m": max((drift.moved_m for drift in drifts), default=0.0),
             "contradicted_s": run.contradicted_s,
         },
         "consistency": _consistency(run),
         "error": error_figures(run, alignment),
         "verdict": verdict(run),
     }
+
+
+def _jumps_and_drifts(run: EstimatorRun) -> tuple[list[AcceptedJump], list[AcceptedJump]]:
+    """Return the moves of the position after jumps of the receiver, and those after drifts of the estimate."""
+    moves = [each.jump for each in run.jumps]
+    return [each for each in moves if each.of_receiver], [each for each in moves if not each.of_receiver]
 
 
 def _fixes(run: EstimatorRun) -> dict[str, Any]:
@@ -145,10 +155,17 @@ def _inconsistent(run: EstimatorRun) -> list[str]:
     """Return why the claimed accuracy is not to be believed, a line each."""
     against, correlation, wheels = [], fixes_whiteness(run.white), run.consistency.encoder_nis_mean
     remedy = "`touchline calibrate` looks for the cause"
+    _, drifts = _jumps_and_drifts(run)
+    if drifts:
+        worst = max(drifts)
+        against.append(
+            f"not consistent: the estimate drifted away from the fixes {len(drifts)} times, by up to "
+            f"{worst.moved_m:.2f} m, though the receiver jumped by {worst.seen_m:.2f} m at most then; {remedy}"
+        )
     if correlation is not None and correlation.found:
         against.append(
             f"not consistent: successive innovations of fixes are correlated by {correlation.lag_1:.2f}, where chance "
-            f"explains {correlation.lag_1_most:.2f}, so errors are larger than the σ that is claimed; {remedy}"
+            f"explains {correlation.lag_1_most:.2f}, so the claimed σ is not to be believed; {remedy}"
         )
     if wheels > MOST_WHEEL_NIS:
         against.append(

@@ -15,6 +15,7 @@ from touchline.checking.estimating.estimator_inputs import EstimatorInputs
 from touchline.checking.estimator_ticks import EstimatedTicks, EstimatorTicks
 from touchline.checking.recorded_session import NotRebuilt
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
+from touchline.onboard.estimation.filter import AcceptedJump
 from touchline.onboard.estimation.frame_series import COVARIANCE, SIGMAS, TWIST_COVARIANCE, FrameSeries
 from touchline.onboard.estimation.report import report
 from touchline.onboard.estimation.tail import CONTRADICTED
@@ -45,7 +46,7 @@ class Jump:
     """Correction of the position to the receiver's, after fixes contradicted the estimate for good."""
 
     time_s: float
-    moved_m: float
+    jump: AcceptedJump
 
 
 @dataclass
@@ -198,14 +199,14 @@ class _Runner:
             found = self._ticks.run(outlying[0] + 1)
         if not started and estimator.started:
             self._run.starts_s.append(self._ticks.done / 100)
-        self._note(found, estimator.accept_lasting_jump() if outlying else 0.0)
+        self._note(found, estimator.accept_lasting_jump() if outlying else None)
 
-    def _note(self, found: EstimatedTicks, jumped_m: float) -> None:
-        """Log some ticks, at whose end the position was moved by `jumped_m`."""
+    def _note(self, found: EstimatedTicks, jump: AcceptedJump | None) -> None:
+        """Log some ticks, at whose end the position may have been moved."""
         run, ticks = self._run, found.first_tick + np.arange(len(found.rows))
         rows, counters = found.rows, found.counters
-        if jumped_m > 0.0:
-            run.jumps.append(Jump(self._ticks.done / 100, jumped_m))
+        if jump is not None:
+            run.jumps.append(Jump(self._ticks.done / 100, jump))
             rows[-1, :3] = self.estimator.state[:3]
             rows[-1, SIGMAS:] = self.estimator.position_sigma_m, self.estimator.heading_sigma_rad
         evaluated = counters["fixes"] + counters["fixes_rejected"]
@@ -248,5 +249,4 @@ class _Runner:
             estimator.restart()
             self._counted = FilterCounters.row(1)[0]
         elif name == "resume" and estimator.jump_m > 0.0 and (fix := estimator.last_fix) and fix.fix == FIX_FIXED:
-            self._run.jumps.append(Jump(tick / 100, estimator.jump_m))
-            estimator.accept_jump()
+            self._run.jumps.append(Jump(tick / 100, estimator.accept_jump()))

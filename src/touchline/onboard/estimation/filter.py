@@ -48,6 +48,7 @@ _ALIGNED_FIXES = 3
 _LEAD_S = 0.005  # by which a receiver's clock may be ahead and still be believed
 _ALONE = 4.0  # factor on the white variance of a fix that there is nothing to weigh by: it may be one of the tail
 _ACCEPTED_HEADING_VAR = math.radians(0.3) ** 2
+_SEEN_SHARE = 0.5  # of a jump's distance that the receiver has to have moved from one fix to the next
 JUMP_RUN: Final = 15
 """Number of outlying fixes in a row (1.5 s) from which they are a jump that the operator may accept."""
 _PLACE: Final = [m.EAST, m.NORTH]
@@ -136,6 +137,23 @@ def position_sigma(P: Floats) -> float:
         P: (STATES, STATES) covariance.
     """
     return math.sqrt(max(P[m.EAST, m.EAST], P[m.NORTH, m.NORTH]))
+
+
+class AcceptedJump(NamedTuple):
+    """Move of the estimate to the receiver's position.
+
+    Attributes:
+        moved_m: Distance.
+        seen_m: Largest distance that the receiver moved beyond odometry from one fix to the next.
+    """
+
+    moved_m: float
+    seen_m: float
+
+    @property
+    def of_receiver(self) -> bool:
+        """True if the receiver has jumped; else the estimate had drifted away from it."""
+        return self.seen_m >= _SEEN_SHARE * self.moved_m
 
 
 class Gathered(NamedTuple):
@@ -331,20 +349,18 @@ class Estimator:
         """
         return bool(self._take_row(self._computer.array, self.drive, at, row))
 
-    def accept_lasting_jump(self) -> float:
+    def accept_lasting_jump(self) -> AcceptedJump | None:
         """Accept a jump of the receiver, if the configuration allows that without the operator.
 
         Returns:
-            Distance of the jump [m]; 0 if there is none, or the operator is to be asked.
+            The jump; None if there is none, or the operator is to be asked.
         """
         counters, fix = self.counters, self.last_fix
         if self._jump_fixes is None or counters.fixes_outlying_run < self._jump_fixes:
-            return 0.0
+            return None
         if fix is None or fix.fix != FIX_FIXED or not self.contradicted:
-            return 0.0
-        moved_m = math.hypot(counters.innovation_east_m, counters.innovation_north_m)
-        self.accept_jump()
-        return moved_m
+            return None
+        return self.accept_jump()
 
     @property
     def jump_m(self) -> float:
@@ -353,24 +369,31 @@ class Estimator:
             return 0.0
         return math.hypot(self.counters.innovation_east_m, self.counters.innovation_north_m)
 
-    def accept_jump(self) -> None:
-        """Set the robot to the place of its last fix, as the operator wants it.
+    def accept_jump(self) -> AcceptedJump:
+        """Set the robot to the place of its last fix, moved on by what it has driven since, as the operator wants it.
 
         The position and its slow error start anew there. Heading, biases and slips stay, unless a camera gives the
         heading.
         """
-        fix = self.last_fix
+        fix, counters = self.last_fix, self.counters
         assert fix is not None, "there is no jump without a fix"
+        moved_m = math.hypot(counters.innovation_east_m, counters.innovation_north_m)
+        jump = AcceptedJump(moved_m, counters.outlying_step_m)
         self.covariance[m.HEADING, m.HEADING] += _ACCEPTED_HEADING_VAR
         if not math.isnan(fix.heading_rad):
             self._face(self.state, self.covariance, fix.heading_rad, fix.heading_variance_rad2)
+        before = self.state[_PLACE]
         self._place(self.state, self.covariance, fix, _ALONE * self.ring.figures.r_gnss)
+        at = math.floor(fix.stamp_s * TICKS_PER_S + 1e-6)
+        if self.times.first_tick <= at <= self.times.tick and self.times.tick - at <= m.RING - 2:
+            self.state[_PLACE] += before - self.ring.states[at % m.RING][_PLACE]
         self.ring.fixes.reset()
         # Nothing from before this tick is run again.
         self.times.first_tick = self.times.tick
-        counters = self.counters
         counters.fixes_outlying_run, counters.fix_doubt, counters.fix_nis_recent = 0, 0.0, 0.0
+        counters.outlying_step_m = 0.0
         counters.recoveries += 1
+        return jump
 
     def _face(self, x: Floats, p: Floats, heading_rad: float, variance_rad2: float) -> None:
         """Set the heading in a state and its covariance, without regard to what was known of it."""

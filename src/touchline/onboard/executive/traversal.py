@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.control.follower import Asking, Follower
-from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.estimation.filter import AcceptedJump, Estimator
 from touchline.onboard.executive.course import Course
 from touchline.onboard.executive.events import ERROR, INFO, WARN, EventLog
 from touchline.onboard.executive.failsafe import Failsafe
@@ -224,24 +224,25 @@ class Traversal:
             raise CommandRefused(f"cannot resume: {problem}")
         self._hazards.forget()
         if not job.aligning:
-            jump_m = self._estimator.jump_m
-            accepts = jump_m > 0.0 and job.standing and self._watch.accepts_jump()
+            accepts = self._estimator.jump_m > 0.0 and job.standing and self._watch.accepts_jump()
             if self._watch.pose_problem and not accepts:
                 raise CommandRefused(f"cannot resume: {self._watch.pose_problem}")
             if accepts:
-                self._estimator.accept_jump()
-                self.report_accepted(jump_m)
+                self.report_accepted(self._estimator.accept_jump())
             distance = job.locate() if job.standing else 0.0
             if distance > MAX_RESUME_DISTANCE_M:
                 raise CommandRefused(f"cannot resume: the robot stands {distance:.2f} m beside its path")
         self.stop.tries.forgive()
         self._go_on(job, "resumed")
 
-    def report_accepted(self, moved_m: float) -> None:
-        """Report that the position was moved by this distance [m] to that of the receiver or camera."""
-        self._log.report(
-            WARN, "position-accepted", f"the position was moved by {moved_m:.2f} m to the {self._watch.source}'s"
-        )
+    def report_accepted(self, jump: AcceptedJump) -> None:
+        """Report that the position was moved to that of the receiver or camera."""
+        text = f"the position was moved by {jump.moved_m:.2f} m to the {self._watch.source}'s"
+        if jump.of_receiver:
+            self._log.report(WARN, "position-accepted", text)
+            return
+        cause = f"that has not jumped ({jump.seen_m:.2f} m at most), so the estimate had drifted away"
+        self._log.report(WARN, "estimate-diverged", f"{text}; {cause}: calibrate the robot")
 
     def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
         """Abort the traversal.

@@ -152,6 +152,7 @@ def position_fit(
     y = fix_rows(at, fix, c, h)
     nis = nis_of_two(at.P, h, y, fix.variance_m2)
     weighed = bounded(nis, c.fix_dof)
+    n.fix_step_m = math.hypot(y[0] - n.innovation_east_m, y[1] - n.innovation_north_m)
     n.innovation_east_m, n.innovation_north_m, n.fix_nis_last = y[0], y[1], weighed
     n.fix_white_0, n.fix_white_1, n.fix_log_det = whitened(at.P, h, y, fix.variance_m2)
     return weighed, likelihood(nis, c.fix_dof)
@@ -169,6 +170,7 @@ def passes_doubt(c: FilterFigures, n: FilterCounters, nis: float, share: float) 
     """
     n.fix_doubt = doubt(n.fix_doubt, share)
     n.fixes_outlying_run = n.fixes_outlying_run + 1 if n.fix_doubt > 0.0 else 0
+    n.outlying_step_m = max(n.outlying_step_m, n.fix_step_m) if n.fixes_outlying_run > 0 else 0.0
     if n.fix_doubt >= c.fix_doubt_most:
         n.fixes_rejected += 1
         return False
