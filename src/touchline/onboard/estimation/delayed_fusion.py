@@ -23,9 +23,11 @@ from touchline.onboard.estimation.measurements import accept_fix, measure, use_f
 from touchline.onboard.estimation.prediction import add_scale_error, predict
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
 from touchline.onboard.estimation.updates import apply_rows, passes_gate
-from touchline.onboard.filter_model import EAST, MOST_UPDATES, NORTH, RING, STATES
+from touchline.onboard.filter_model import EAST, MOST_UPDATES, NORTH, RING, SPEED, STATES
 
 Floats = NDArray[np.float64]
+
+_STOOD_MPS = 0.05
 
 
 @kernel
@@ -95,7 +97,7 @@ def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) ->
 def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick: int) -> bool:
     """Use the fix that has arrived, in the tick in which it is valid, and run the ticks since again.
 
-    Fixes from before the filter was started are used in the tick in which it was.
+    Fixes from before the filter was started, or its position accepted, are used in that tick if the robot stood then.
 
     Args:
         ring: State of the filter with the fix in `arrived`, updated from the tick of the fix on.
@@ -112,7 +114,8 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
     h = np.zeros((2, STATES))
     g = np.zeros(STATES)
     at = max(fix_tick, first_tick)
-    if at > tick or tick - at > RING - 2:
+    elsewhere = fix_tick < first_tick and abs(xs[first_tick % RING, SPEED]) > _STOOD_MPS
+    if at > tick or tick - at > RING - 2 or elsewhere:
         n.fixes_late += 1
         return False
     where, fix = at % RING, ring.arrived

@@ -382,11 +382,9 @@ class Estimator:
         self.covariance[m.HEADING, m.HEADING] += _ACCEPTED_HEADING_VAR
         if not math.isnan(fix.heading_rad):
             self._face(self.state, self.covariance, fix.heading_rad, fix.heading_variance_rad2)
-        before = self.state[_PLACE]
+        driven = self._driven_since(fix)
         self._place(self.state, self.covariance, fix, _ALONE * self.ring.figures.r_gnss)
-        at = math.floor(fix.stamp_s * TICKS_PER_S + 1e-6)
-        if self.times.first_tick <= at <= self.times.tick and self.times.tick - at <= m.RING - 2:
-            self.state[_PLACE] += before - self.ring.states[at % m.RING][_PLACE]
+        self.state[_PLACE] += driven
         self.ring.fixes.reset()
         # Nothing from before this tick is run again.
         self.times.first_tick = self.times.tick
@@ -394,6 +392,14 @@ class Estimator:
         counters.outlying_step_m = 0.0
         counters.recoveries += 1
         return jump
+
+    def _driven_since(self, fix: ReceivedFix) -> Floats:
+        """Return how far the axle has moved since a fix, (2,) east and north [m]; 0 if that is not known any more."""
+        at = math.floor(fix.stamp_s * TICKS_PER_S + 1e-6)
+        if not max(self.times.first_tick, self.times.tick - m.RING + 2) <= at <= self.times.tick:
+            return np.zeros(2)
+        driven: Floats = self.state[_PLACE] - self.ring.states[at % m.RING][_PLACE]
+        return driven
 
     def _face(self, x: Floats, p: Floats, heading_rad: float, variance_rad2: float) -> None:
         """Set the heading in a state and its covariance, without regard to what was known of it."""
