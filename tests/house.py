@@ -111,16 +111,13 @@ def by_room(found: list[Function]) -> str:
     return ", ".join(f"{room} {count}" for room, count in rooms.most_common()) or "none"
 
 
-def twice() -> list[str]:
-    """What is called alike: public classes, and modules."""
-    named: dict[str, list[str]] = defaultdict(list)
-    for path, tree in sources():
-        if path.stem not in COMMON_MODULES and path != PLUGINS:
-            named[f"module {path.stem}"].append(str(path))
-        for node in tree.body:
-            if isinstance(node, ast.ClassDef) and not node.name.startswith("_") and PUBLIC not in path.parents:
-                named[f"class {node.name}"].append(str(path))
-    return [f"{name}: {', '.join(paths)}" for name, paths in sorted(named.items()) if len(paths) > 1]
+def names(path: Path, tree: ast.Module) -> Iterator[str]:
+    """Names that one thing alone may have: that of the module, and of its public classes."""
+    if path.stem not in COMMON_MODULES and path != PLUGINS:
+        yield f"module {path.stem}"
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_") and PUBLIC not in path.parents:
+            yield f"class {node.name}"
 
 
 def docstrings(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -144,13 +141,16 @@ def replaced(place: str, text: str) -> Iterator[str]:
         yield f"{word}: use {REPLACED[word]}: {place}"
 
 
-def wording() -> Iterator[str]:
-    """Find what is wrong with docstrings and pages."""
-    for path, tree in sources():
-        for line, text in docstrings(tree):
-            yield from replaced(f"{path}:{line}", text)
-            if QUESTION.match(text):
-                yield f"begins with a question word: {path}:{line}"
+def wording(path: Path, tree: ast.Module) -> Iterator[str]:
+    """Find what is wrong with the docstrings of a module."""
+    for line, text in docstrings(tree):
+        yield from replaced(f"{path}:{line}", text)
+        if QUESTION.match(text):
+            yield f"begins with a question word: {path}:{line}"
+
+
+def wording_of_pages() -> Iterator[str]:
+    """Find what is wrong with pages."""
     for path, text in pages():
         yield from replaced(str(path), text)
         fenced = False
@@ -173,15 +173,24 @@ def committed() -> Iterator[Path]:
 
 def main() -> None:
     """Print it."""
-    found = [function for path, tree in sources() for function in functions(path, tree)]
+    found, named, worded = list[Function](), defaultdict[str, list[str]](list), list[str]()
+    for path, tree in sources():  # one at a time: looking through all of them for garbage would take longer
+        found += functions(path, tree)
+        for name in names(path, tree):
+            named[name].append(str(path))
+        worded += wording(path, tree)
     for name in ("lines", "parameters", "nesting"):
         most = sorted(found, key=lambda function: getattr(function, name), reverse=True)[:SHOWN]
         print(f"most {name}: " + "; ".join(f"{getattr(function, name)} {function.place}" for function in most))
     print(f"more than {PARAMETERS_MOST} parameters: {by_room([f for f in found if f.parameters > PARAMETERS_MOST])}")
     problems = [f"{f.parameters} parameters: {f.place}" for f in found if f.parameters > PARAMETERS_LIMIT]
     problems += [f"nests {f.nesting} deep: {f.place}" for f in found if f.nesting > NESTING_LIMIT]
-    problems += [f"one name for several things: {name}" for name in twice()]
-    problems += wording()
+    problems += [
+        f"one name for several things: {name}: {', '.join(paths)}"
+        for name, paths in sorted(named.items())
+        if len(paths) > 1
+    ]
+    problems += [*worded, *wording_of_pages()]
     problems += [
         f"a secret: {path.relative_to(ROOT)}: {each!r}" for path in committed() for each in secrets(path.read_bytes())
     ]

@@ -61,10 +61,14 @@ def test_the_gaps_of_swaths_are_those_of_the_paint(stood: WayRoundOutcome) -> No
             assert not there or all(not gap.from_m + 0.05 < at_m < gap.to_m - 0.05 for gap in gaps), (segment.id, at_m)
 
 
-def test_a_recording_and_a_picture_of_it(stood: WayRoundOutcome, tmp_path: Path) -> None:
+@pytest.mark.full  # recordings of lines and of a covered area are run again in every run
+def test_a_recording_of_it_can_be_run_again(stood: WayRoundOutcome) -> None:
     assert stood.last.recording is not None
     (verdict,) = check_file("", Path(stood.last.recording["path"]))
     assert verdict.passed, verdict
+
+
+def test_a_picture_of_it(stood: WayRoundOutcome, tmp_path: Path) -> None:
     draw_work_done(stood.work, stood.strokes, tmp_path / "round.svg")
     assert (tmp_path / "round.svg").read_text().count('id="gap"') == len(stood.figures(job())["gaps"]["stretches"])
 
