@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 
 from tests.robot_sim.scripted import trajectory
 from tests.with_full import with_full
+from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.curves import Curve
-from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.messages import Event, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
@@ -66,9 +67,9 @@ IN_TURN = (
 """Faults of one session, one after the other: those that stop the robot come last."""
 
 
-def session(scenario, listen_from, *, loop, follower="mpc", plan=PLAN, template=TEMPLATE, vehicle=None):
+def session(scenario, listen_from, *, loop, follower="mpc", plan=PLAN, template=TEMPLATE, vehicle=None, **sheets):
     """(every payload from a tick on, the report, the tick it ended in, the track that tells of wet paint)."""
-    emulator = Emulator(vehicle or Vehicle(), scenario, OnboardConfig(follower=follower))
+    emulator = Emulator(vehicle or Vehicle(), scenario, OnboardConfig(follower=follower, **sheets))
     emulator.load(plan, template)
     emulator.start()
     runner = FastRunner(emulator)
@@ -109,6 +110,19 @@ def test_the_loop_is_the_ticks(follower, listen_from):
     assert len(track) > 30
     assert report.success
     assert report.coverage_pct > 90.0
+
+
+@pytest.mark.parametrize(
+    ("sheets", "reported"),
+    [({}, False), ({"gnss": {"stamp_offset_s": 0.05}}, True), ({"imu": {"gyro_scale_relative": 0.1}}, True)],
+    ids=["right", "stamps", "gyro"],
+)
+def test_a_robot_whose_files_are_wrong_says_that_its_estimate_is_inconsistent(sheets, reported):
+    said, *_ = assert_same(Scenario(seed=4), 300, follower="pure-pursuit", **sheets)
+    events = [decode(Event, payload) for topic, payload in said if topic is topics.EVENTS]
+    texts = [event.text for event in events if event.code == "estimate-inconsistent"]
+    assert len(texts) == reported
+    assert all("successive innovations of fixes are correlated by 0.2" in text for text in texts)
 
 
 @pytest.mark.parametrize(

@@ -289,11 +289,25 @@ class Onboard:
 
     def decide(self, tick: int) -> Asking[Command]:
         """Finish a tick that estimator and monitors have seen: the executive's part of `step`."""
+        self._report_consistency()
         before = tuple(self._state.command.actuators.tolist())
         command = yield from self._traversal.step(tick)
         if command is self._state.command.standstill:
             command = command._replace(actuators=self._drive.resting(before))
         return self._state.command.give(command)
+
+    def _report_consistency(self) -> None:
+        """Report that the estimator has become inconsistent; that it is consistent again is no event."""
+        counters, findings = self._estimator.counters, self._watch.findings
+        if counters.inconsistent and not findings.inconsistent:
+            correlation = counters.fix_cross / counters.fix_power
+            self._log.report(
+                WARN,
+                "estimate-inconsistent",
+                f"successive innovations of fixes are correlated by {correlation:.2f}: the position may err by more "
+                "than its σ says; `touchline calibrate` looks for the cause in the recording",
+            )
+        findings.inconsistent = counters.inconsistent
 
     def nominal(self, tick: int) -> Nominal | None:
         """Return the inputs of `nominal_tick` for the ticks after `tick`; None if the next one may need a decision."""

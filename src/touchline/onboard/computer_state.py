@@ -179,6 +179,8 @@ class PoseFindings(Record):
     `executive/localization_monitor`."""
     settled_at_s: float = -math.inf
     """Time from which the position counts as good again [s]."""
+    inconsistent: bool
+    """`FilterCounters.inconsistent` as it has been reported."""
 
 
 class SafetyFindings(Record):

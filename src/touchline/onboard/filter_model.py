@@ -259,5 +259,14 @@ class FilterCounters(Record):
     """The same of the last fix that arrived in the tick: east, and below the part of north that is independent of it.
     Its variance is that of the data sheet, unweighed."""
     fix_white_1: float = math.nan
+    fix_before_0: float = math.nan
+    """`fix_white_0` of the moving robot's fix before the last one, bounded; the next is that of `fix_white_1`."""
+    fix_before_1: float = math.nan
+    fix_cross: float
+    """Mean product of successive innovations, see `estimation/consistency_monitor`."""
+    fix_power: float = 2.0
+    """Mean square of them, both axes together."""
+    inconsistent: bool
+    """True if successive innovations are correlated, so that the claimed covariance is not to be believed."""
     fix_log_det: float = math.nan
     """ln det S of that fix's innovation, S in m²."""

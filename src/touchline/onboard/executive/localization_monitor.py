@@ -169,6 +169,14 @@ def speaks_against_driving(computer: Computer) -> int:
 
 
 @kernel
+def changes_consistency(computer: Computer) -> bool:
+    """Return whether the estimator has become inconsistent, or consistent again, and nobody has been told."""
+    c = computer[0]
+    changed: bool = c.filter.counters.inconsistent != c.pose.inconsistent
+    return changed
+
+
+@kernel
 def speaks_against_painting(computer: Computer, nozzle_lateral_m: float) -> int:
     """Return the reason not to paint here and now; GOOD if there is none.
 
@@ -243,12 +251,14 @@ class LocalizationMonitor:
             fix = self._computer.times.fix.fix
             return f"the GNSS has {FIX_NAMES.get(fix, 'an unknown fix')} instead of an RTK-fixed one"
         silence = f"are older than {silent_ticks / TICKS_PER_S:.1f} s"
+        inconsistent = self._computer.filter.counters.inconsistent
+        doubt = ", which is inconsistent: are the robot's files right?" if inconsistent else ""
         age = f"for more than {self.findings.fix_age_s:.1f} s"
         return {
             NOT_STARTED: "the estimator has not started",
             OLD_CORRECTIONS: f"the RTK corrections are older than {MAX_CORRECTION_AGE_S:.0f} s",
             NO_FIX: f"there has been no {self._fix} {age}",
-            CONTRADICTION: f"the {self._fixes} contradict the estimate",
+            CONTRADICTION: f"the {self._fixes} contradict the estimate{doubt}",
             UNUSABLE_FIXES: f"no {self._fix} has been usable {age}",
             SCATTER: f"the {self._fixes} scatter more than the estimator can explain",
             UNCERTAIN: f"the position is uncertain (σ above {self.findings.sigma_m * 1e3:.0f} mm)",

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from touchline.core.jit import borrowing, kernel
 from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard.computer_state import FilterState, ReceivedFix
+from touchline.onboard.estimation.consistency_monitor import note_innovation
 from touchline.onboard.estimation.gauss_markov import one_term
 from touchline.onboard.estimation.tail import bounded, doubt, likelihood, weighed_variance
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
@@ -155,6 +156,7 @@ def position_fit(
     n.fix_step_m = math.hypot(y[0] - n.innovation_east_m, y[1] - n.innovation_north_m)
     n.innovation_east_m, n.innovation_north_m, n.fix_nis_last = y[0], y[1], weighed
     n.fix_white_0, n.fix_white_1, n.fix_log_det = whitened(at.P, h, y, fix.variance_m2)
+    note_innovation(n, at.x[SPEED])
     return weighed, likelihood(nis, c.fix_dof)
 
 
