@@ -18,13 +18,13 @@ class Truth(Spec):
     """
 
     wheel_radius_relative: _Share = 0.0
-    """Radius of the driven wheels or the drum beyond that in the file, as a share: wear, pressure (1 %: assumed)."""
+    """Radius of the driven wheels or the drum beyond the file's, as a share: wear, pressure (1 %: assumed)."""
     wheel_difference_relative: _Share = 0.0
     """Radius of the right wheel beyond that of the left, as a share of both; of drives with two (assumed)."""
     tyre_load_relative: _Share = 0.0
-    """Radius of the tyres with a full tank beyond that with an empty one, as a share; the mean is the file's (assumed).
+    """Tyres' radius with a full tank beyond that with an empty one, as a share (assumed).
 
-    Of drives with two wheels.
+    The mean is the file's. Of drives with two wheels.
     """
     tyre_warming_relative: _Share = 0.0
     """Growth of the tyres' radius as they get warm, as a share, with a time constant of 600 s (assumed).
@@ -66,7 +66,7 @@ class Truth(Spec):
     base_north_m: Annotated[float, Field(ge=-10, le=10)] = 0.0
     """The same, north."""
     crab_rad: _Lean = 0.0
-    """Angle of the motion beyond the heading: to the left when driving forward, to the right in reverse (assumed)."""
+    """Angle of the motion beyond the heading: to the left forward, to the right in reverse (assumed)."""
     wander_rad: Annotated[float, Field(ge=0, le=0.3)] = 0.0
     """Random part of that angle, 1 σ, a Gauss-Markov process over the distance (log of a mower: 0.020)."""
     wander_m: Annotated[float, Field(ge=0.05, le=100)] = 1.1
