@@ -138,13 +138,13 @@ class GnssFigures(Record):
     """Stamps less the time of measurement."""
     stamp_jitter_s: float
     """Random part of that, 1 σ."""
+    bursts: BurstFigures
 
 
 class GnssState(Record):
     """State of the receiver."""
 
     figures: GnssFigures
-    bursting: BurstFigures
     bursts: Bursts
     fix: float
     """Present solution, NONE … FIXED."""
@@ -327,7 +327,7 @@ def _reported_variance(effects: Effects, gnss: Sequence[GnssState], factor: floa
         drift = _HELD_ADMITTED * TICK_S * g.held_ticks * f.hold_drift_mps
         noise = f.white_m * factor
         variance = noise * noise + f.sigma_m[0] * f.sigma_m[0] + f.sigma_m[1] * f.sigma_m[1] + drift * drift
-        variance += g.bursting.share * g.bursting.sigma_m**2
+        variance += f.bursts.share * f.bursts.sigma_m**2
     elif effects.claimed_m > 0.0:
         variance = effects.claimed_m * effects.claimed_m
     elif fix == FLOAT and g.claims:
@@ -369,7 +369,7 @@ def measure(moment: Moment, gnss: Sequence[GnssState], sky: Zones, multipath: Zo
     seed, tick, state, effects = moment.seed, moment.tick, moment.state[0], moment.effects[0]
     g, f = gnss[0], gnss[0].figures
     _wander(gnss, seed, tick)
-    go_on(moment, g.bursting, g.bursts)
+    go_on(moment, f.bursts, g.bursts)
     cos, sin = math.cos(state.heading_rad), math.sin(state.heading_rad)
     x, y, z = leaning(state, f.antenna_m[0], f.antenna_m[1], f.antenna_m[2])
     east = state.east_m + cos * x - sin * y
@@ -466,7 +466,7 @@ def make_gnss(vehicle: Vehicle, scenario: Scenario) -> GnssState:
         stamp_offset_s=truth.stamp_offset_s,
         stamp_jitter_s=truth.stamp_jitter_s,
     )
-    made.bursting.reset(**burst_figures(noise))
+    made.figures.bursts.reset(**burst_figures(noise))
     switch_on(made.array, scenario.seed)
     return made
 
