@@ -15,6 +15,7 @@ LONG = frozenset(
         "fields",
         "fleet_recorded",
         "goals",
+        "mismatch",
         "pitch",
         "protection",
         "random_fields",

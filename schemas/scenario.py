@@ -11,9 +11,11 @@ from touchline.schemas.plugins import SENSORS
 from touchline.schemas.scenario_objects import ScenarioObject
 from touchline.schemas.sensor_truth import SensorTruth
 from touchline.schemas.spec import GrownSpec, Spec
+from touchline.schemas.truth import Truth
 
 Noise = Literal["default", "none"]
 SurfaceName = Literal["grass", "wet-grass", "artificial-turf", "clay", "floor"]
+Roughness = Literal["none", "A", "B", "C", "D"]
 MAX_SEED = 2**63 - 1
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -28,11 +30,12 @@ OF_THE_COMPUTER = frozenset(("follower", "fence", "link_timeout_s"))
 """Fields that scenarios had before the robot's own computer had a configuration of its own."""
 
 
-class GnssNoise(Spec):
+class GnssNoise(GrownSpec):
     """The RTK-GNSS receiver: errors per horizontal axis (1 σ; vertical ones are twice as large), delays, habits.
 
     Fixed: heavy-tailed white noise plus two Gauss-Markov terms, fitted to a published test of 12,510 moving ZED-F9P
     fixes with horizontal errors of 7/17/38 mm (68/95/99.7 %); ``white_m`` is the white part's standard deviation.
+    Bursts are another model of the same tail; see ``bursting``.
     """
 
     white_m: NotNegative = 0.00471
@@ -75,6 +78,31 @@ class GnssNoise(Spec):
     """Shortest time from float to fixed, drawn evenly."""
     converge_max_s: NotNegative = 6.5
     """Longest time from float to fixed (less than 10 s in all)."""
+    burst_share: Annotated[float, Field(ge=0, le=0.9)] = 0.0
+    """Share of the time of a moving antenna in bursts of correlated errors, beside all other errors; 0.091 fits."""
+    burst_m: NotNegative = 0.0137
+    """Error in a burst, 1 σ an axis (fits the same test)."""
+    burst_s: Positive = 3.0
+    """Mean length of a burst (assumed within 1 to 10 s)."""
+    burst_tau_s: Positive = 1.0
+    """Correlation time in a burst (two solvers' differences of an F9P that moves: about 1 s)."""
+
+    later_fields = ("burst_share", "burst_m", "burst_s", "burst_tau_s")
+
+    @classmethod
+    def bursting(cls) -> Self:
+        """Errors with the same quantiles whose tail comes in bursts while the antenna moves.
+
+        The rest are white noise of 0.7 mm and a Gauss-Markov term of 4.3 mm and 300 s, which fit a log of a standing
+        F9P.
+        """
+        return cls(
+            white_m=0.0007,
+            gauss_markov_1_m=0.0043,
+            gauss_markov_1_tau_s=300.0,
+            gauss_markov_2_m=0.0,
+            burst_share=0.091,
+        )
 
     @model_validator(mode="after")
     def _range_is_one(self) -> Self:
@@ -116,6 +144,23 @@ class Obstruction(Spec):
     """Distance outside the outline at which a part of the sky is still hidden."""
     noise_factor: Annotated[float, Field(ge=1, le=100)] = 2.0
     """White noise at the outline, relative to that in the open (assumed)."""
+
+
+class Multipath(Spec):
+    """Stand, fence, parked lorry: reflections bend the fixes near it, alike on each pass and slowly otherwise."""
+
+    name: str = ""
+    """Name for people."""
+    outline: Annotated[tuple[_Point, ...], Field(min_length=3, max_length=100)]
+    """Corners of a polygon in the map frame."""
+    margin_m: Annotated[float, Field(ge=0, le=100)] = 3.0
+    """Distance outside the outline over which the error falls to nothing (assumed)."""
+    error_m: Annotated[float, Field(ge=0, le=1)] = 0.02
+    """Error inside, 1 σ an axis (assumed within 10 to 30 mm; carrier phase at most 48 mm a satellite)."""
+    length_m: Annotated[float, Field(ge=0.1, le=100)] = 3.0
+    """Distance at which the error is correlated by 0.61 (assumed within 2 to 5 m)."""
+    drift_s: Annotated[float, Field(ge=1, le=100_000)] = 1200.0
+    """Time after which the error at a place is correlated by 0.61 (assumed: 0.88 after 10 minutes)."""
 
 
 class Steel(Spec):
@@ -195,8 +240,8 @@ class DriveNoise(GrownSpec):
     later_fields = ("steering_offset_rad",)
 
 
-class Ground(Spec):
-    """Ground that the robot drives on: one surface, one slope."""
+class Ground(GrownSpec):
+    """Ground that the robot drives on: one surface, one slope, one roughness."""
 
     surface: SurfaceName = "grass"
     """Surface; by default that of the shipped vehicle."""
@@ -204,6 +249,10 @@ class Ground(Spec):
     """Rise over run: 0.02 is 2 %."""
     uphill_rad: Angle = 0.0
     """Direction of the rise in the map frame: 0 east, π/2 north."""
+    roughness: Roughness = "none"
+    """Class of ISO 8608, by the geometric mean of its heights' spectrum; lawn is B to C (assumed)."""
+
+    later_fields = ("roughness",)
 
 
 class EncoderNoise(Spec):
@@ -246,7 +295,7 @@ class Scenario(GrownSpec):
     seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 1
     """Seed of all randomness."""
     noise: Noise = "default"
-    """`none` sets all noise figures to zero; latency, ground, sky, steel and faults stay."""
+    """`none` sets all noise figures to zero; latency, ground, places, truth and faults stay."""
     gnss: GnssNoise = GnssNoise()
     camera: CameraNoise = CameraNoise()
     """Of robots that have one overhead; written only if it is another one, as scenarios were before there was any."""
@@ -259,6 +308,9 @@ class Scenario(GrownSpec):
     """Obstructions that hide the sky from the GNSS antenna."""
     steel: Annotated[tuple[Steel, ...], Field(max_length=100)] = ()
     """Steel that disturbs the magnetometer."""
+    multipath: Annotated[tuple[Multipath, ...], Field(max_length=100)] = ()
+    """Places whose reflections bend the fixes."""
+    truth: Truth = Truth()
     start: Pose2 | None = None
     """Pose at first; null: where the plan begins."""
     origin: Origin = Origin()
@@ -270,7 +322,7 @@ class Scenario(GrownSpec):
     objects: Annotated[tuple[ScenarioObject, ...], Field(max_length=1000)] = ()
     """Things, people and animals in the robot's way or beside it."""
 
-    later_fields = ("camera", "sensors", "objects")
+    later_fields = ("camera", "sensors", "objects", "multipath", "truth")
 
     @model_validator(mode="before")
     @classmethod
@@ -290,7 +342,7 @@ class Scenario(GrownSpec):
     def effective(self) -> Self:
         """This scenario with every noise figure at zero if ``noise`` is ``none``.
 
-        Latency, ground, sky, steel and faults stay as they are.
+        Latency, ground, places, faults, and what the truth does not draw at random stay as they are.
         """
         if self.noise == "default":
             return self
@@ -300,12 +352,13 @@ class Scenario(GrownSpec):
 
 
 _NOISE_FIGURES: dict[str, tuple[str, ...]] = {
-    "gnss": ("white_m", "gauss_markov_1_m", "gauss_markov_2_m", "latency_jitter_s"),
+    "gnss": ("white_m", "gauss_markov_1_m", "gauss_markov_2_m", "latency_jitter_s", "burst_share"),
     "camera": ("white_m", "white_rad", "latency_jitter_s", "dropout_share"),
     "imu": tuple(name for name in ImuNoise.model_fields if name != "warming_tau_s"),
     "magnetometer": ("white_rad", "bias_rad", "soft_iron_relative", "disturbance_rad"),
     "drive": ("wheel_radius_relative", "track_width_relative", "slip_relative", "steering_offset_rad"),
     "encoder": ("quantised",),
+    "truth": ("stamp_jitter_s", "wander_rad"),
 }
 """Figures that ``noise: none`` sets to zero: those that make two runs in the same place differ."""
 

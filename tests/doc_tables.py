@@ -26,7 +26,7 @@ from touchline.schemas.fleet import FleetRobot
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.remedies import unit_of
 from touchline.schemas.roles import Role
-from touchline.schemas.scenario import Obstruction, Pose2, Scenario, Steel
+from touchline.schemas.scenario import Multipath, Obstruction, Pose2, Scenario, Steel
 from touchline.schemas.spec import Spec
 from touchline.schemas.team import TeamScenario
 from touchline.schemas.template import ArcSpec, Area, LineSpec, Placement, Polygon, Template, TemplateSegment
@@ -162,8 +162,13 @@ def onboard() -> str:
 
 def scenario() -> str:
     """Lay out a scenario."""
-    parts = dict(sub_models(Scenario)) | {"start": Pose2, "sky[]": Obstruction, "steel[]": Steel}
-    own = fields(Scenario, without=("camera", "sky", "steel"))
+    parts = dict(sub_models(Scenario)) | {
+        "start": Pose2,
+        "sky[]": Obstruction,
+        "steel[]": Steel,
+        "multipath[]": Multipath,
+    }
+    own = fields(Scenario, without=("camera", "sky", "steel", "multipath"))
     return f"{own}\n\n{groups(parts)}"
 
 

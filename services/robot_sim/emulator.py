@@ -53,6 +53,7 @@ from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.settling import RESTING_MPS, Settling
+from touchline.services.robot_sim.true_vehicle import true_vehicle
 from touchline.services.robot_sim.world.objects.surroundings import Contact
 from touchline.services.robot_sim.world.world import TruePose, World
 
@@ -68,7 +69,7 @@ class Emulator:
     """One emulated robot.
 
     Args:
-        vehicle: The nominal robot, known to its computer and to others.
+        vehicle: The nominal robot, as its computer and others are told; `true_vehicle` makes the real one of it.
         scenario: World of the robot, and its deviations from the nominal robot.
         config: Configuration of the robot's computer; default: the shipped robot's.
         onboard: The robot's computer; default: Touchline's own.
@@ -76,6 +77,7 @@ class Emulator:
 
     Attributes:
         tick_count: Ticks so far; sim time is a hundredth of it in seconds.
+        real: The vehicle as it really is.
         world, sensors, auxiliary, faults, onboard: The parts.
         samples: Samples of auxiliary sensors that arrived in the last tick; the computer takes them before the next
             one.
@@ -101,9 +103,10 @@ class Emulator:
     ) -> None:
         self.vehicle, self.scenario, self.config = vehicle, scenario, config or OnboardConfig()
         check_receiver(vehicle, scenario, self.config)
-        self.world = World(vehicle, scenario)
-        self.sensors = Sensors(vehicle, scenario)
-        self.auxiliary = AuxiliaryTruth(vehicle, scenario, self.world.surroundings)
+        self.real = true_vehicle(vehicle, scenario.truth)
+        self.world = World(self.real, scenario)
+        self.sensors = Sensors(self.real, scenario)
+        self.auxiliary = AuxiliaryTruth(self.real, scenario, self.world.surroundings)
         self.samples: tuple[AuxiliarySample, ...] = ()
         self.faults = FaultTimeline(scenario.faults, vehicle.drive)
         self.onboard = onboard if onboard is not None else Onboard(vehicle, self.config, ask)
@@ -203,7 +206,7 @@ class Emulator:
             start = resume_pose(trajectory, self.vehicle, resume)
         ledger = ledger_of(wanted, template, self.vehicle.tool)
         if earlier is not None:
-            ledger.restore(earlier.paint, place_of(self.vehicle.tool.point_m, start))
+            ledger.restore(earlier.paint, place_of(self.real.tool.point_m, start))
         account = area_account(template, trajectory, self.vehicle)
         obstacles = template.obstacles if template is not None else ()
         return LoadedJob(course, start, ledger, account, resume, earlier, taking, cause, obstacles)

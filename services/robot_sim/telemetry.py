@@ -385,7 +385,7 @@ class Telemetry:
             emulator.onboard.status,
             (error.position_rmse_m, error.heading_rmse_rad),
             ledger,
-            partial(smearing, ledger, track, emulator.vehicle),
+            partial(smearing, ledger, track, emulator.real),
             partial(area_metrics, account, ledger, track) if account is not None else None,
             contact_report(header(emulator.tick_count), emulator.contacts),
             self.digest.copy(),

@@ -78,6 +78,14 @@ def test_a_later_job_is_not_done_again_without_the_robots_state_at_its_begin(tmp
     assert re.search(r"running for [\d.]+ s of sim time before the recording begins", verdict.problem)
 
 
+def test_a_session_with_a_truth_of_its_own_is_done_again(tmp_path):
+    truth = {"gyro_scale_relative": 0.01, "antenna_x_m": 0.03, "stamp_jitter_s": 0.01, "wander_rad": 0.02}
+    place = {"outline": [(-9.0, -9.0), (9.0, -9.0), (0.0, 9.0)]}
+    world = {"truth": truth, "ground": {"roughness": "C"}, "gnss": {"burst_share": 0.1}, "multipath": [place]}
+    (verdict,) = check_recording(bend(tmp_path / "truth.mcap", BRIEF, **world))
+    assert verdict.passed, (verdict.problem, str(verdict.first))
+
+
 def test_other_remains_are_a_difference(resumed, monkeypatch):
     real = Emulator.prepare
 

@@ -17,12 +17,22 @@ from numpy.typing import NDArray
 
 from touchline.core.geodesy import FRAME_SIZE, local_frame, to_geodetic, to_local
 from touchline.core.jit import kernel
-from touchline.core.random import STREAM_FAULT, STREAM_GNSS, STREAM_LOOSE_FIX, STREAM_RECEIVER, normal, uniform
+from touchline.core.random import (
+    STREAM_FAULT,
+    STREAM_GNSS,
+    STREAM_LOOSE_FIX,
+    STREAM_RECEIVER,
+    STREAM_STAMP,
+    normal,
+    uniform,
+)
 from touchline.core.records import Record
 from touchline.onboard.interface import TICK_S, TICKS_PER_S, GnssSample
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import GNSS, Vehicle
+from touchline.services.robot_sim.sensors.gnss_bursts import BurstFigures, Bursts, burst_figures, go_on
 from touchline.services.robot_sim.sensors.moment import TURN_ON_TICK, Moment
+from touchline.services.robot_sim.sensors.multipath import bend_m
 from touchline.services.robot_sim.sensors.position_report import (
     ALTITUDE,
     COLUMNS,
@@ -122,12 +132,20 @@ class GnssFigures(Record):
     """Place of the antenna, body frame x, y, z."""
     frame: Annotated[Floats, FRAME_SIZE]
     """Tangent plane of the map, of `geodesy.local_frame`."""
+    base_m: Annotated[Floats, 2]
+    """Error of the base station's position: east, north."""
+    stamp_offset_s: float
+    """Stamps less the time of measurement."""
+    stamp_jitter_s: float
+    """Random part of that, 1 σ."""
+    bursts: BurstFigures
 
 
 class GnssState(Record):
     """State of the receiver."""
 
     figures: GnssFigures
+    bursts: Bursts
     fix: float
     """Present solution, NONE … FIXED."""
     ready_tick: float
@@ -278,7 +296,7 @@ def _error(moment: Moment, gnss: Sequence[GnssState], axis: int, factor: float) 
     seed, tick, effects = moment.seed, moment.tick, moment.effects[0]
     g, f = gnss[0], gnss[0].figures
     fix = g.fix
-    error: float = g.wander_m[axis, 0] + g.wander_m[axis, 1]
+    error: float = g.wander_m[axis, 0] + g.wander_m[axis, 1] + g.bursts.error_m[axis]
     if f.white_m > 0.0:
         error += f.white_m * factor * white(seed, tick, axis)
     if effects.gnss_white_m > 0.0:
@@ -293,6 +311,8 @@ def _error(moment: Moment, gnss: Sequence[GnssState], axis: int, factor: float) 
     elif fix == FIXED and axis < 2:
         error += TICK_S * g.held_ticks * f.hold_drift_mps * g.drift[axis]
         error += effects.gnss_offset_m[axis]
+    if fix >= FLOAT and axis < 2:
+        error += f.base_m[axis]
     return error
 
 
@@ -307,6 +327,7 @@ def _reported_variance(effects: Effects, gnss: Sequence[GnssState], factor: floa
         drift = _HELD_ADMITTED * TICK_S * g.held_ticks * f.hold_drift_mps
         noise = f.white_m * factor
         variance = noise * noise + f.sigma_m[0] * f.sigma_m[0] + f.sigma_m[1] * f.sigma_m[1] + drift * drift
+        variance += f.bursts.share * f.bursts.sigma_m**2
     elif effects.claimed_m > 0.0:
         variance = effects.claimed_m * effects.claimed_m
     elif fix == FLOAT and g.claims:
@@ -333,7 +354,7 @@ def due(tick: int, gnss: Sequence[GnssState]) -> bool:
 
 
 @kernel
-def measure(moment: Moment, gnss: Sequence[GnssState], sky: Zones) -> None:
+def measure(moment: Moment, gnss: Sequence[GnssState], sky: Zones, multipath: Zones) -> None:
     """Take a position.
 
     The slow errors are first-order Gauss-Markov processes, x(t + T) = x(t)·exp(−T/τ) + σ·√(1 − exp(−2T/τ))·w
@@ -343,10 +364,12 @@ def measure(moment: Moment, gnss: Sequence[GnssState], sky: Zones) -> None:
         moment: End of the tick of validity.
         gnss: (1,) state, updated; `report` is filled in.
         sky: Places of kind `SkyPlace`.
+        multipath: Places of kind `MultipathPlace`.
     """
     seed, tick, state, effects = moment.seed, moment.tick, moment.state[0], moment.effects[0]
     g, f = gnss[0], gnss[0].figures
     _wander(gnss, seed, tick)
+    go_on(moment, f.bursts, g.bursts)
     cos, sin = math.cos(state.heading_rad), math.sin(state.heading_rad)
     x, y, z = leaning(state, f.antenna_m[0], f.antenna_m[1], f.antenna_m[2])
     east = state.east_m + cos * x - sin * y
@@ -363,10 +386,14 @@ def measure(moment: Moment, gnss: Sequence[GnssState], sky: Zones) -> None:
         g.last_m[0] = east + _error(moment, gnss, 0, factor)
         g.last_m[1] = north + _error(moment, gnss, 1, factor)
         g.last_m[2] = state.height_m + z + VERTICAL_FACTOR * _error(moment, gnss, 2, factor)
+        for index in range(len(multipath.places)):
+            bend_m(moment, index, multipath, east, north, g.last_m)
     latitude, longitude, altitude = to_geodetic(f.frame, g.last_m[0], g.last_m[1], g.last_m[2])
     time_s, report = tick / TICKS_PER_S, g.report
     report[TICK] = tick
-    report[STAMP_S] = time_s + effects.clock_offset_s + effects.clock_drift * time_s
+    report[STAMP_S] = time_s + effects.clock_offset_s + effects.clock_drift * time_s + f.stamp_offset_s
+    if f.stamp_jitter_s > 0.0:
+        report[STAMP_S] += f.stamp_jitter_s * normal(seed, STREAM_STAMP, tick, 0)
     report[LATITUDE], report[LONGITUDE], report[ALTITUDE] = latitude, longitude, altitude
     report[VARIANCE] = _reported_variance(effects, gnss, factor)
     report[VERTICAL_VARIANCE] = report[VARIANCE] * VERTICAL_FACTOR * VERTICAL_FACTOR
@@ -408,10 +435,10 @@ def make_gnss(vehicle: Vehicle, scenario: Scenario) -> GnssState:
     """Make a receiver that was switched on long ago; it takes no positions if the vehicle is positioned otherwise.
 
     Args:
-        vehicle: Vehicle, with its kind of positioning and the place of the antenna.
-        scenario: Effective scenario, which has noise and origin.
+        vehicle: Real robot, with its kind of positioning and the place of the antenna.
+        scenario: Effective scenario, which has noise, origin, stamps and base.
     """
-    noise, origin, made = scenario.gnss, scenario.origin, GnssState()
+    noise, origin, truth, made = scenario.gnss, scenario.origin, scenario.truth, GnssState()
     processes = (
         (noise.gauss_markov_1_m, noise.gauss_markov_1_tau_s),
         (noise.gauss_markov_2_m, noise.gauss_markov_2_tau_s),
@@ -435,7 +462,11 @@ def make_gnss(vehicle: Vehicle, scenario: Scenario) -> GnssState:
         converge_max_ticks=TICKS_PER_S * noise.converge_max_s,
         antenna_m=antenna,
         frame=local_frame(origin.latitude_deg, origin.longitude_deg, origin.altitude_m),
+        base_m=(truth.base_east_m, truth.base_north_m),
+        stamp_offset_s=truth.stamp_offset_s,
+        stamp_jitter_s=truth.stamp_jitter_s,
     )
+    made.figures.bursts.reset(**burst_figures(noise))
     switch_on(made.array, scenario.seed)
     return made
 

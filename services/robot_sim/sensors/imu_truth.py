@@ -49,6 +49,10 @@ class ImuFigures(Record):
     """Final rise of the temperature (a fixed value)."""
     warming_tau_s: float
     """Time constant of that rise (a fixed value)."""
+    gyro_gain: float
+    """Reading of the gyro about z for a rate about it (a fixed value)."""
+    gyro_lean: Annotated[Floats, 2]
+    """Lean of its z axis, forward and to the left [rad] (fixed values)."""
 
 
 class ImuState(Record):
@@ -82,7 +86,8 @@ def measure(moment: Moment, imu: Sequence[ImuState], readings: Floats) -> None:
     """Measure the rates and the specific force of a tick.
 
     White noise and random walk are those of IEEE Std 952-1997, annex C: a density N [unit/√Hz] is N/√(10 ms) per
-    sample, a walk K [unit/√s] is K·√(10 ms) per tick.
+    sample, a walk K [unit/√s] is K·√(10 ms) per tick. A gyro that leans by small angles reads its rates turned by them;
+    the accelerometer's axes are the body's.
 
     Args:
         moment: End of the tick.
@@ -93,13 +98,19 @@ def measure(moment: Moment, imu: Sequence[ImuState], readings: Floats) -> None:
     seed, tick, state, effects = moment.seed, moment.tick, moment.state[0], moment.effects[0]
     s, f = imu[0], imu[0].figures
     warmer = f.warming_k * (1.0 - math.exp(-TICK_S * tick / f.warming_tau_s))
+    roll_rate, pitch_rate, yaw_rate = (
+        state.mean_roll_rate_radps,
+        state.mean_pitch_rate_radps,
+        state.mean_yaw_rate_radps,
+    )
+    lean_x, lean_y = f.gyro_lean[0], f.gyro_lean[1]
     truth = (
-        0.0,
-        0.0,
-        state.mean_yaw_rate_radps + effects.gyro_bias_radps,
+        roll_rate - lean_x * yaw_rate,
+        pitch_rate - lean_y * yaw_rate,
+        f.gyro_gain * yaw_rate + lean_x * roll_rate + lean_y * pitch_rate + effects.gyro_bias_radps,
         state.mean_accel_x_mps2 + effects.accel_bias_mps2,
         state.mean_accel_y_mps2,
-        GRAVITY_MPS2 * state.up_z,
+        GRAVITY_MPS2 * state.up_z + state.mean_accel_z_mps2,
     )
     for axis in range(_AXES):
         gyro = axis < 3
@@ -121,9 +132,10 @@ def make_imu(scenario: Scenario) -> ImuState:
     """Make an IMU that has just been switched on.
 
     Args:
-        scenario: Effective scenario, which has the noise.
+        scenario: Effective scenario, which has the noise, and the gyro's true scale and axes.
     """
-    noise, made = scenario.imu, ImuState()
+    noise, truth, made = scenario.imu, scenario.truth, ImuState()
+    lean = truth.gyro_lean_x_rad, truth.gyro_lean_y_rad
     per_sample, per_tick = 1.0 / math.sqrt(TICK_S), math.sqrt(TICK_S)
     made.figures.reset(
         gyro_white_radps=noise.gyro_density_radps_rthz * per_sample,
@@ -136,6 +148,8 @@ def make_imu(scenario: Scenario) -> ImuState:
         accel_warmth_mps2_per_k=noise.accel_temperature_mps2_per_k,
         warming_k=noise.warming_k,
         warming_tau_s=noise.warming_tau_s,
+        gyro_gain=1.0 + truth.gyro_scale_relative - 0.5 * (lean[0] ** 2 + lean[1] ** 2),
+        gyro_lean=lean,
     )
     switch_on(made.array, scenario.seed)
     return made

@@ -174,6 +174,7 @@ def make_magnetometer(scenario: Scenario) -> MagnetometerState:
         disturbance_decay=math.exp(-TICK_S / noise.disturbance_tau_s),
     )
     switch_on(made.array, scenario.seed)
+    made.hard_iron_t[:2] += scenario.truth.hard_iron_x_t, scenario.truth.hard_iron_y_t
     return made
 
 

@@ -44,6 +44,8 @@ class Sensing(NamedTuple):
     """Places of kind `SteelPlace`."""
     sky: Zones
     """Places of kind `SkyPlace`."""
+    multipath: Zones
+    """Places of kind `MultipathPlace`."""
 
 
 @kernel
@@ -67,7 +69,7 @@ def sense(moment: Moment, sensing: Sensing) -> int:
     for sensor in range(_SENSORS):
         carry(moment, sensor, transport)
     if gnss_truth.due(tick, gnss):
-        gnss_truth.measure(moment, gnss, sensing.sky)
+        gnss_truth.measure(moment, gnss, sensing.sky, sensing.multipath)
         send(moment, _GNSS, gnss[0].report, gnss_truth.arrival_tick(moment, gnss), transport)
     if camera_truth.due(tick, camera) and camera_truth.measure(moment, camera):
         send(moment, _CAMERA, camera[0].report, camera_truth.arrival_tick(moment, camera), transport)

@@ -23,6 +23,7 @@ from touchline.services.robot_sim.sensors.gnss_truth import GnssReport, make_gns
 from touchline.services.robot_sim.sensors.imu_truth import make_imu
 from touchline.services.robot_sim.sensors.magnetometer_truth import make_magnetometer, steel_of
 from touchline.services.robot_sim.sensors.moment import Moment
+from touchline.services.robot_sim.sensors.multipath import multipath_of
 from touchline.services.robot_sim.sensors.sampling import Sensing, sense
 from touchline.services.robot_sim.sensors.transport import Transport
 from touchline.services.robot_sim.world.body import BodyState
@@ -33,7 +34,7 @@ class Sensors:
     """Sensors of a robot and their errors, auxiliary ones apart.
 
     Args:
-        vehicle: Vehicle, with its kind of positioning, the place of the antenna and the resolution of the encoders.
+        vehicle: Real robot, of `true_vehicle`, with its kind of positioning, antenna and encoders.
         scenario: Scenario, with seed, noise and places; its `effective()` is used.
 
     Attributes:
@@ -63,6 +64,7 @@ class Sensors:
             transport=self.transport.array,
             steel=steel_of(scenario),
             sky=sky_of(scenario),
+            multipath=multipath_of(scenario),
         )
 
     def read(self, tick: int, state: BodyState, effects: Effects | None = None) -> SensorFrame:

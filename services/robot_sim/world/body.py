@@ -65,6 +65,15 @@ class BodyState(Record):
     """Height above the plane of the origin."""
     bumper: bool
     """True if a thing pressed the bumper in the last tick."""
+    wander_rad: float
+    """Random part of the angle of the motion beyond the heading."""
+    mean_roll_rate_radps: float
+    """Mean over the tick about x, as `mean_yaw_rate_radps`; the next is that about y."""
+    mean_pitch_rate_radps: float
+    climb_mps: float
+    """Mean change of the height over the tick, on rough ground."""
+    mean_accel_z_mps2: float
+    """Mean over the tick, up, gravity apart, on rough ground."""
 
 
 class BodyFigures(NamedTuple):
@@ -87,6 +96,9 @@ class BodyFigures(NamedTuple):
         grade: Slope of the ground, rise over run.
         uphill_east: Unit vector uphill, with `uphill_north`.
         uphill_north: See `uphill_east`.
+        crab_rad: Constant part of the angle of the motion beyond the heading.
+        wander_rad: Random part of it, 1 σ.
+        wander_1pm: Reciprocal of the length over which that is correlated.
     """
 
     point_x_m: float
@@ -105,3 +117,6 @@ class BodyFigures(NamedTuple):
     grade: float
     uphill_east: float
     uphill_north: float
+    crab_rad: float
+    wander_rad: float
+    wander_1pm: float

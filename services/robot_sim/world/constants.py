@@ -60,4 +60,7 @@ def constants(vehicle: Vehicle, scenario: Scenario) -> BodyFigures:
         grade=ground.grade,
         uphill_east=math.cos(ground.uphill_rad),
         uphill_north=math.sin(ground.uphill_rad),
+        crab_rad=scenario.truth.crab_rad,
+        wander_rad=scenario.truth.wander_rad,
+        wander_1pm=1.0 / scenario.truth.wander_m,
     )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from touchline.core.jit import kernel
 from touchline.core.physical_constants import GRAVITY_MPS2
+from touchline.core.random import STREAM_WANDER, normal
 from touchline.services.robot_sim.world.body import (
     STEP_S,
     STEPS,
@@ -29,6 +30,7 @@ from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.objects.contacts import press
 from touchline.services.robot_sim.world.objects.things import Things
 from touchline.services.robot_sim.world.objects.tick import begin_things, end_things
+from touchline.services.robot_sim.world.roughness import stance
 from touchline.services.robot_sim.world.tools.world_tool import work
 
 Floats = NDArray[np.float64]
@@ -42,6 +44,8 @@ class WorldFigures(NamedTuple):
     """Constants `WorldDrive.figures`: their type decides which drive's kernels `advance` is compiled with."""
     tool: Any
     """Constants `WorldTool.figures`, as `drive`."""
+    waves: Floats
+    """Shape of the ground, of `rough_ground`."""
 
 
 class WorldArrays(NamedTuple):
@@ -103,34 +107,78 @@ def _trace_row(state: BodyState, body: BodyFigures, cos: float, sin: float, widt
 
 
 @kernel
-def tilt(state: BodyState, body: BodyFigures) -> None:
+def tilt(state: BodyState, body: BodyFigures, waves: Floats) -> None:
     """Update the vertical in body axes on this slope at this heading, and the height above the origin's plane.
 
     The robot stands on the plane: x is level except for the grade along the heading, and the vertical is the plane's
-    normal seen from the body.
+    normal seen from the body. On rough ground it is the plane through the places where it stands.
 
     Args:
         state: State of the body; vertical and height are updated.
         body: Gives the grade and the direction uphill.
+        waves: Shape of the ground.
     """
-    if body.grade == 0.0:
+    rough = len(waves) > 0
+    if body.grade == 0.0 and not rough:
         state.up_x, state.up_y, state.up_z, state.height_m = 0.0, 0.0, 1.0, 0.0
         return
     cos, sin = math.cos(state.heading_rad), math.sin(state.heading_rad)
     ahead = body.grade * (cos * body.uphill_east + sin * body.uphill_north)
     left = body.grade * (cos * body.uphill_north - sin * body.uphill_east)
+    height = 0.0
+    if rough:
+        rough_ahead, rough_left, height = stance(waves, state.east_m, state.north_m, cos, sin)
+        ahead += rough_ahead
+        left += rough_left
     state.up_z = 1.0 / math.sqrt(1.0 + ahead * ahead + left * left)
     level = 1.0 / math.sqrt(1.0 + ahead * ahead)
     state.up_x = ahead * level
     state.up_y = left * state.up_z * level
-    state.height_m = body.grade * (state.east_m * body.uphill_east + state.north_m * body.uphill_north)
+    rise = body.grade * (state.east_m * body.uphill_east + state.north_m * body.uphill_north)
+    state.height_m = rise + height if rough else rise
 
 
 @kernel
-def _move(state: BodyState, body: BodyFigures, speed: float, side: float, yaw_rate: float) -> None:
+def _shake(state: BodyState, up: tuple[float, float], height: float, duration: float) -> None:
+    """Update the rates about x and y and the vertical acceleration of a robot on rough ground, means over a tick.
+
+    The vertical u is fixed: in body axes it changes by u × ω.
+
+    Args:
+        state: State at the end of the tick.
+        up: Vertical in body axes at its begin, x and y.
+        height: Height at its begin [m].
+        duration: Of the tick [s].
+    """
+    up_x, up_y = 0.5 * (up[0] + state.up_x), 0.5 * (up[1] + state.up_y)
+    yaw_rate = state.mean_yaw_rate_radps
+    state.mean_roll_rate_radps = ((state.up_y - up[1]) / duration + yaw_rate * up_x) / state.up_z
+    state.mean_pitch_rate_radps = (yaw_rate * up_y - (state.up_x - up[0]) / duration) / state.up_z
+    climb = (state.height_m - height) / duration
+    state.mean_accel_z_mps2 = (climb - state.climb_mps) / duration
+    state.climb_mps = climb
+
+
+@kernel
+def _wander(state: BodyState, body: BodyFigures, seed: int, tick: int) -> float:
+    """Return the angle of the motion beyond the heading in a tick, and advance its random part.
+
+    That is a first-order Gauss-Markov process over the distance, as the slip of wheels over time.
+    """
+    if body.wander_rad > 0.0:
+        decay = math.exp(-abs(state.speed_mps) * STEPS * STEP_S * body.wander_1pm)
+        fresh = body.wander_rad * math.sqrt(1.0 - decay * decay)
+        state.wander_rad = decay * state.wander_rad + fresh * normal(seed, STREAM_WANDER, tick, 0)
+    angle: float = body.crab_rad + state.wander_rad
+    return angle
+
+
+@kernel
+def _move(state: BodyState, body: BodyFigures, crab: float, speed: float, side: float, yaw_rate: float) -> None:
     """Move the pose by one step along these mean speeds; on a slope the distance uphill is shorter on the map."""
     turn = yaw_rate * STEP_S
-    cos, sin = math.cos(state.heading_rad + 0.5 * turn), math.sin(state.heading_rad + 0.5 * turn)
+    course = state.heading_rad + 0.5 * turn + crab
+    cos, sin = math.cos(course), math.sin(course)
     east = (speed * cos - side * sin) * STEP_S
     north = (speed * sin + side * cos) * STEP_S
     if body.grade != 0.0:
@@ -164,7 +212,7 @@ def advance(world: WorldArrays, command: HeldCommand, faults: Sequence[Effects],
         faults: (1,) effects of faults.
         tick: Onboard tick, the counter of the randomness.
     """
-    body, drive, tool = world.figures
+    body, drive, tool, waves = world.figures
     state, own, effects, trace = world.state[0], world.drive[0], faults[0], world.trace
     begin_tick(drive, own, body, world.seed, tick)
     full_wh = body.battery_wh
@@ -173,7 +221,9 @@ def advance(world: WorldArrays, command: HeldCommand, faults: Sequence[Effects],
         state.battery_wh, state.battery_reserve_wh, effects.battery_share * full_wh, full_wh
     )
     mass = body.mass_kg + body.load_kgpl * (state.tank_l + state.tank_reserve_l)
-    tilt(state, body)
+    tilt(state, body, waves)
+    up_before, height_before = (state.up_x, state.up_y), state.height_m
+    crab = _wander(state, body, world.seed, tick)
     speed_before, side_before, heading_before = state.speed_mps, state.side_speed_mps, state.heading_rad
     turned_x, turned_y, energy_j = 0.0, 0.0, 0.0
     _trace_row(state, body, math.cos(state.heading_rad), math.sin(state.heading_rad), 0.0, trace[0])
@@ -187,7 +237,7 @@ def advance(world: WorldArrays, command: HeldCommand, faults: Sequence[Effects],
             speed, side, yaw_rate = state.speed_mps, state.side_speed_mps, state.yaw_rate_radps
         speed, side = 0.5 * (speed + state.speed_mps), 0.5 * (side + state.side_speed_mps)
         yaw_rate = 0.5 * (yaw_rate + state.yaw_rate_radps)
-        _move(state, body, speed, side, yaw_rate)
+        _move(state, body, crab, speed, side, yaw_rate)
         turned_x -= side * yaw_rate
         turned_y += speed * yaw_rate
         width = work(tool, state, effects, command.valve == (step >= late), command.disc)
@@ -200,5 +250,7 @@ def advance(world: WorldArrays, command: HeldCommand, faults: Sequence[Effects],
     state.mean_accel_y_mps2 = (
         (state.side_speed_mps - side_before) / duration + turned_y / STEPS + GRAVITY_MPS2 * state.up_y
     )
-    tilt(state, body)
+    tilt(state, body, waves)
+    if len(waves) > 0:
+        _shake(state, up_before, height_before, duration)
     end_things(world.things, state, tick)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.random import STREAM_WANDER, normal
 from touchline.onboard.interface import Command, standstill
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
@@ -17,7 +18,10 @@ from touchline.services.robot_sim.world.constants import constants
 from touchline.services.robot_sim.world.drives.world_drive import world_drive
 from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.objects.surroundings import Surroundings
+from touchline.services.robot_sim.world.roughness import rough_ground
 from touchline.services.robot_sim.world.tools.world_tool import world_tool
+
+_TURN_ON_TICK = -1  # stands for a tick in numbers that are drawn once
 
 
 class TruePose(NamedTuple):
@@ -38,7 +42,7 @@ class World:
     """True state of the robot and its consumables.
 
     Args:
-        vehicle: The nominal robot.
+        vehicle: The real robot, of `true_vehicle`.
         scenario: Seed, ground, errors of the chassis and slip; its `effective()` form is used.
 
     Attributes:
@@ -63,8 +67,12 @@ class World:
         self.drive: Any = self._drive.state
         self.trace: NDArray[np.float64] = np.zeros(body.TRACE_SHAPE)
         self.figures = physics.WorldFigures(
-            constants(vehicle, scenario), self._drive.figures, world_tool(vehicle).figures
+            constants(vehicle, scenario),
+            self._drive.figures,
+            world_tool(vehicle).figures,
+            rough_ground(scenario.ground.roughness, scenario.seed),
         )
+        self.state.wander_rad = scenario.truth.wander_rad * normal(scenario.seed, STREAM_WANDER, _TURN_ON_TICK, 0)
         self.surroundings = Surroundings(vehicle, scenario, self._drive.centre_x_m)
         self._seed = scenario.seed
         self._full_l, self._full_wh = vehicle.tool.capacity_l, vehicle.body.battery_wh
@@ -117,9 +125,9 @@ class World:
         """Put the robot at rest at `pose`, as if carried there; tank, battery and wheel angles stay."""
         state = self.state
         state.east_m, state.north_m, state.heading_rad = pose
-        state.speed_mps = state.side_speed_mps = state.yaw_rate_radps = 0.0
+        state.speed_mps = state.side_speed_mps = state.yaw_rate_radps = state.climb_mps = 0.0
         self._drive.rest()
-        physics.tilt(state.array[0], self.figures.body)
+        physics.tilt(state.array[0], self.figures.body, self.figures.waves)
         self.surroundings.carry(pose)
 
     def step(self, command: Command, tick: int, effects: Effects | None = None) -> None:

@@ -30,6 +30,11 @@ STREAM_TEAM_START: Final = 12  # start poses of a team
 STREAM_RADIO: Final = 13  # loss and delay of messages between a team's robots and its coordinator
 STREAM_AUXILIARY: Final = 14  # of auxiliary sensors
 STREAM_OBJECTS: Final = 15  # ways of objects that wander
+STREAM_WANDER: Final = 16  # crab angle of the robot
+STREAM_ROUGHNESS: Final = 17  # shape of the ground
+STREAM_STAMP: Final = 18  # jitter of stamps
+STREAM_BURST: Final = 19  # bursts of a receiver's errors, and the errors in them
+STREAM_MULTIPATH: Final = 20  # maps of the errors at places
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -82,7 +87,7 @@ def uniform(seed: int, stream: int, tick: int, channel: int) -> float:
 
     Args:
         seed: Seed of the session.
-        stream: STREAM_CHASSIS to STREAM_OBJECTS.
+        stream: STREAM_CHASSIS to STREAM_MULTIPATH.
         tick: Tick of the draw.
         channel: Number within stream and tick.
     """
@@ -95,7 +100,7 @@ def normal(seed: int, stream: int, tick: int, channel: int) -> float:
 
     Args:
         seed: Seed of the session.
-        stream: STREAM_CHASSIS to STREAM_OBJECTS.
+        stream: STREAM_CHASSIS to STREAM_MULTIPATH.
         tick: Tick of the draw.
         channel: Number within stream and tick.
     """

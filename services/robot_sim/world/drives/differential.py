@@ -7,6 +7,7 @@ from typing import Final
 
 from touchline.core.jit import kernel
 from touchline.core.random import STREAM_CHASSIS, STREAM_SLIP, normal
+from touchline.onboard.interface import TICK_S
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.world.body import STEP_S, BodyFigures
@@ -23,6 +24,8 @@ CONTROLLER_RADPS: Final = 60.0
 """Bandwidth of the drives' speed controllers."""
 CONTROLLER_INTEGRAL_S: Final = 0.08
 INTEGRAL_LIMIT_NM: Final = 40.0
+WARMING_S: Final = 600.0
+"""Time constant of the tyres' temperature."""
 
 
 class DifferentialKernels(TrueDifferential):
@@ -30,12 +33,12 @@ class DifferentialKernels(TrueDifferential):
 
     @kernel
     def begin_tick(self, wheels: DifferentialState, body: BodyFigures, seed: int, tick: int) -> None:
-        """Advance the random slip of both wheels, a first-order Gauss-Markov process each.
+        """Advance the random slip of both wheels, a first-order Gauss-Markov process each, and warm their tyres.
 
         s(t + T) = s(t)·exp(−T/τ) + σ·√(1 − exp(−2T/τ))·w (A. Gelb, ed., "Applied Optimal Estimation", 1974, sec. 2.2).
 
         Args:
-            wheels: State of the drive; the slips are updated, shares of ground speed.
+            wheels: State of the drive; slips, shares of ground speed, and the tyres' warmth are updated.
             body: Gives σ and the decay in a tick.
             seed: Seed of the scenario.
             tick: Onboard tick that begins.
@@ -44,6 +47,8 @@ class DifferentialKernels(TrueDifferential):
         if fresh > 0.0:
             wheels.slip[0] = body.slip_decay * wheels.slip[0] + fresh * normal(seed, STREAM_SLIP, tick, 0)
             wheels.slip[1] = body.slip_decay * wheels.slip[1] + fresh * normal(seed, STREAM_SLIP, tick, 1)
+        if self.warming != 0.0:
+            wheels.warm_relative = 1.0 + self.warming * (1.0 - math.exp(-TICK_S * tick / WARMING_S))
 
     actuate = actuate
     roll_on = roll_on
@@ -55,11 +60,12 @@ class DifferentialInWorld(WorldDrive):
     state: DifferentialState
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
-        """Take the parameters of a vehicle, with errors by the seed; the scenario must be effective."""
-        drive, errors, motor = vehicle.drive, scenario.drive, vehicle.drive.motor
+        """Take the parameters of the real robot, with errors by the seed; the scenario must be effective."""
+        drive, errors, motor, truth = vehicle.drive, scenario.drive, vehicle.drive.motor, scenario.truth
         left, right, track = (normal(scenario.seed, STREAM_CHASSIS, 0, channel) for channel in range(3))
         # Inertia that each wheel turns: its own, its half of the mass, its share of the body's inertia.
         mass = 0.5 * (vehicle.body.mass_empty_kg + vehicle.mass_full_kg)
+        paint_kg, unlike = vehicle.mass_full_kg - vehicle.body.mass_empty_kg, 0.5 * truth.wheel_difference_relative
         lever = drive.wheel_radius_m / drive.half_track_m
         common = motor.inertia_kgm2 + 0.5 * mass * drive.wheel_radius_m**2
         turning = motor.inertia_kgm2 + 0.5 * mass * (vehicle.body.radius_of_gyration_m * lever) ** 2
@@ -67,9 +73,12 @@ class DifferentialInWorld(WorldDrive):
         self.state = DifferentialState()
         self.figures = DifferentialKernels(
             radius_m=(
-                drive.wheel_radius_m * (1.0 + errors.wheel_radius_relative * left),
-                drive.wheel_radius_m * (1.0 + errors.wheel_radius_relative * right),
+                drive.wheel_radius_m * (1.0 + errors.wheel_radius_relative * left - unlike),
+                drive.wheel_radius_m * (1.0 + errors.wheel_radius_relative * right + unlike),
             ),
+            load_1pkg=truth.tyre_load_relative / paint_kg if paint_kg > 0.0 else 0.0,
+            mean_kg=mass,
+            warming=truth.tyre_warming_relative,
             track_m=drive.track_width_m * (1.0 + errors.track_width_relative * track),
             max_rate_radps=drive.max_wheel_speed_radps,
             max_step_radps=drive.max_wheel_acceleration_radps2 * STEP_S,

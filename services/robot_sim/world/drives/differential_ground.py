@@ -87,10 +87,11 @@ def roll_on(
     speed, side, yaw = state.speed_mps, state.side_speed_mps, state.yaw_rate_radps
 
     # Each wheel's new speed is linear in the ground's under it: force = stiff·(free − ground).
+    pressed = wheels.warm_relative * (1.0 + drive.load_1pkg * (mass_kg - drive.mean_kg))
     k0, f0, r0, k1, f1, r1, across = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for wheel in range(2):
         rate = wheels.rate_radps[wheel]
-        radius = drive.radius_m[wheel]
+        radius = pressed * drive.radius_m[wheel]
         grip = radius * (1.0 - wheels.slip[wheel] - effects.slip[wheel])
         beneath = speed + (2 * wheel - 1) * half * yaw
         if effects.blocked[wheel]:
@@ -130,7 +131,9 @@ def roll_on(
             wheels.rate_radps[wheel] = 0.0
         else:
             rate = wheels.rate_radps[wheel]
-            momentum = drive.inertia_kgm2 * rate + STEP_S * (wheels.torque_nm[wheel] - drive.radius_m[wheel] * force)
+            momentum = drive.inertia_kgm2 * rate + STEP_S * (
+                wheels.torque_nm[wheel] - pressed * drive.radius_m[wheel] * force
+            )
             wheels.rate_radps[wheel] = momentum / (
                 drive.inertia_kgm2 + STEP_S * drag(rate, drive.viscous_nms, drive.friction_nm)
             )

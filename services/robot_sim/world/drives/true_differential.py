@@ -27,6 +27,8 @@ class DifferentialState(Record):
     """Integrals of the motors' controllers."""
     traction_n: Annotated[Floats, 2]
     """Traction of the tyres in the last step."""
+    warm_relative: float = 1.0
+    """Radius of the tyres, relative to that of cold ones."""
     caster_x: float = 1.0
     """Rolling direction of the casters, body frame, unit vector with `caster_y`."""
     caster_y: float
@@ -37,6 +39,9 @@ class TrueDifferential(NamedTuple):
 
     Attributes:
         radius_m: Radius of the left and the right wheel.
+        load_1pkg: Growth of that with the robot's mass, as a share.
+        mean_kg: Mass at which it is `radius_m`.
+        warming: Final growth of it as the tyres get warm, as a share.
         track_m: Distance between the wheels.
         max_rate_radps: Largest rate of the wheels' speed profile.
         max_step_radps: Largest change of that in one step.
@@ -53,6 +58,9 @@ class TrueDifferential(NamedTuple):
     """
 
     radius_m: tuple[float, float]
+    load_1pkg: float
+    mean_kg: float
+    warming: float
     track_m: float
     max_rate_radps: float
     max_step_radps: float
