@@ -60,7 +60,7 @@ def _row(name: str, wrong: Mapping[c.Constant, float], paths: list[Path]) -> Non
     for path in paths:
         inputs = EstimatorInputs(path, None)
         inputs.setup = c.changed(inputs.setup, wrong)
-        fit = fit_constants(inputs, SHOWN)
+        fit = fit_constants(inputs, inputs.setup, SHOWN)
         errors.append(fit.changes + [wrong.get(each, 0.0) for each in SHOWN])
         floors = [each.floor for each in SHOWN]
         sigmas.append(np.maximum(np.sqrt(np.diag(fit.covariance)), floors))

@@ -58,7 +58,7 @@ def drawn(n, sigma_m, tau_s=0.0):
 def test_it_finds_what_the_files_are_wrong_by(inputs, wrong):
     inputs.setup = c.changed(inputs.setup, wrong)
     constants = c.constants_of(inputs.setup)
-    fit = fit_constants(inputs, constants)
+    fit = fit_constants(inputs, inputs.setup, constants)
     assert fit.converged
     for constant, change, variance in zip(constants, fit.changes, np.diag(fit.covariance), strict=True):
         sigma = max(np.sqrt(variance), constant.floor)
@@ -108,4 +108,4 @@ def test_a_short_recording_is_refused(inputs, monkeypatch):
     frames = inputs.frames()
     monkeypatch.setattr(inputs, "frames", lambda: frames._replace(fixes=frames.fixes[:100]))
     with pytest.raises(SpecError, match="has 100 fixes; record a drive with at least 150"):
-        fit_constants(inputs, c.CONSTANTS)
+        fit_constants(inputs, inputs.setup, c.CONSTANTS)

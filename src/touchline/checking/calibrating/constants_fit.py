@@ -21,6 +21,7 @@ from touchline.checking.estimating.estimator_run import WHITE_COLUMNS, Estimator
 from touchline.onboard.estimation.frame_series import FrameSeries
 from touchline.onboard.filter_model import FIX_DOF
 from touchline.schemas.errors import SpecError
+from touchline.schemas.setup import Setup
 
 Floats = NDArray[np.float64]
 
@@ -73,12 +74,16 @@ class Fit(NamedTuple):
 
 
 def fit_constants(
-    inputs: EstimatorInputs, constants: Sequence[Constant], progress: Callable[[float], None] = lambda done: None
+    inputs: EstimatorInputs,
+    setup: Setup,
+    constants: Sequence[Constant],
+    progress: Callable[[float], None] = lambda done: None,
 ) -> Fit:
     """Return the constants that fit a recording best.
 
     Args:
         inputs: The recording.
+        setup: Setup of the robot, with the noises that its filter assumes.
         constants: Constants to be found.
         progress: Called with the fraction done.
 
@@ -86,7 +91,7 @@ def fit_constants(
         NotRebuilt: The recording has no sensor frames.
         SpecError: It has too few fixes.
     """
-    runs = _Runs(inputs, constants)
+    runs = _Runs(inputs, setup, constants)
     start = np.array([constant.start_sigma for constant in constants])
     found, converged, done = np.zeros(len(constants)), False, 0
     while not converged and done < _MOST_ROUNDS:
@@ -119,8 +124,8 @@ def fit_constants(
 class _Runs:
     """Estimator runs with changed constants."""
 
-    def __init__(self, inputs: EstimatorInputs, constants: Sequence[Constant]) -> None:
-        self._inputs, self._constants = inputs, constants
+    def __init__(self, inputs: EstimatorInputs, setup: Setup, constants: Sequence[Constant]) -> None:
+        self._inputs, self._setup, self._constants = inputs, setup, constants
         self._frames = _delayed(inputs.frames())
         fixes = len(self._frames.fixes)
         if fixes < LEAST_FIXES:
@@ -128,7 +133,7 @@ class _Runs:
 
     def run(self, changes: Floats, trust: float) -> EstimatorRun:
         """Run the estimator with (k,) changed constants and a receiver whose σ is `trust` times that of its sheet."""
-        setup = changed(self._inputs.setup, dict(zip(self._constants, changes.tolist(), strict=True)))
+        setup = changed(self._setup, dict(zip(self._constants, changes.tolist(), strict=True)))
         sheet = setup.onboard.gnss
         loose = sheet.model_copy(update={"white_m": sheet.white_m * trust})
         onboard = setup.onboard.model_copy(update={"gnss": loose})
