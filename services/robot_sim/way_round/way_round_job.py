@@ -12,7 +12,6 @@ import numpy as np
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.onboard.perception.perception import lidars_of
 from touchline.onboard.protection.protector import Blocked
-from touchline.schemas.errors import NOTHING_REACHED
 from touchline.schemas.line_parts import DONE_M
 from touchline.schemas.messages import LeftOutStretch, Time, Trajectory, TraversalStatus
 from touchline.schemas.messages import WayRound as Said
@@ -135,7 +134,8 @@ class WayRoundJob:
         if self.over:
             return False
         if onboard.state not in UNDER_WAY:
-            if onboard.state == TraversalStatus.DONE and not self._comes_back:
+            final = onboard.state == TraversalStatus.DONE or self._stands
+            if final and not (self.between_drives or self._comes_back):
                 self._end()
             return False
         blocked = onboard.blocked
@@ -145,7 +145,7 @@ class WayRoundJob:
             if (self._said.state, self._said.things) != (Said.DRIVES, self._passed):
                 self._say(Said.DRIVES, self._passed)
             return False
-        if abs(onboard.estimate.speed_mps) > RESTING_MPS or blocked is None:
+        if not self._stands or blocked is None:
             return False
         if self._said.state != Said.FINDS_NO_WAY or emulator.tick_count >= self._search_tick:
             until_tick = 0 if blocked.too_near else self._waiting.until_tick(attended=attended)
@@ -248,7 +248,7 @@ class WayRoundJob:
         options = self._options.model_copy(update={"start": start, "obstructed": "", "margin_m": margin_m})
         return RestRequest(rest, draft.seen, options)
 
-    def finds_no_way(self, reason: str, *, searched: bool = True) -> str:
+    def finds_no_way(self, reason: str, *, searched: bool = True, nothing_reached: bool = False) -> str:
         """Note that there is no plan of the rest; return the reason to abort the drive with, "" to wait on.
 
         The robot waits on and searches again later. If there is no work within reach of all that it remembers, it comes
@@ -258,14 +258,15 @@ class WayRoundJob:
         Args:
             reason: Why there is none.
             searched: True if the planner has searched one, or the robot stands between two drives.
+            nothing_reached: True if no work is within reach.
         """
-        under_way, nothing = self._emulator.onboard.state in UNDER_WAY, NOTHING_REACHED in reason
-        if nothing and not self._returning:
+        under_way = self._emulator.onboard.state in UNDER_WAY
+        if nothing_reached and not self._returning:
             return self._comes_back_now()
         self._refusals += searched or self._breaks_off
-        if (self._returning and (nothing or not (under_way or self._breaks_off))) or self._refusals > MOST_REFUSALS:
+        if (self._returning and (nothing_reached or not (under_way or self._breaks_off))) or self._refusals > MOST_REFUSALS:
             self._enter()
-            if nothing:
+            if nothing_reached:
                 self.remains.give_reason(_listed(self._said.things))
             return self._gives_up(reason)
         self._wait_for_way(reason)
@@ -369,10 +370,14 @@ class WayRoundJob:
         self._say(Said.DRIVES, self._passed)
 
     def cancel(self) -> None:
-        """Note that somebody else gives the robot orders: it neither goes round nor comes back."""
-        if not self.over:
-            self.over = True
-            self._say(Said.DRIVES)
+        """Note that somebody else gives the robot orders: the job ends once it stands, with all that is not done."""
+        self._returning, self._breaks_off = True, False
+        if self._stands:
+            self._end()
+
+    @property
+    def _stands(self) -> bool:
+        return abs(self._emulator.onboard.estimate.speed_mps) <= RESTING_MPS
 
     @property
     def left_out(self) -> LeftOut:
