@@ -112,6 +112,18 @@ def test_it_searches_sooner_once_something_else_is_in_the_way_or_an_order_comes(
     assert stuck.searches_after_s() == 10.0
 
 
+def test_what_stands_at_the_robot_for_good_ends_its_job_as_well(stuck: Stuck) -> None:
+    stuck.onboard.blocked = stuck.onboard.blocked._replace(distance_m=0.0, too_near=True)
+    waited = list[float]()
+    why = ""
+    while not why:
+        waited.append(stuck.searches_after_s())
+        assert stuck.job.rest() is None
+        why = stuck.job.nothing_remains()
+    assert waited == [10.0, 10.0, 20.0, 40.0, 80.0]
+    assert why.startswith(NO_WAY_ON) and "too near" in why
+
+
 def test_what_moves_does_not_end_the_job(stuck: Stuck) -> None:
     for _ in range(8):
         stuck.thing_at(6.0, moving=True)
