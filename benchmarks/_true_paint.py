@@ -75,7 +75,7 @@ def _painted(row: Floats, cells: int, stroke: PaintMarks) -> Bools:
             continue
         middle = _place(row, 0.5 * (low_m + high_m))
         if abs(0.5 * (a + b) - middle) < PAINTED_M:
-            found[max(math.ceil(low_m / RASTER_M), 0) : math.floor(high_m / RASTER_M) + 1] = True
+            found[max(math.ceil(low_m / RASTER_M), 0) : max(math.floor(high_m / RASTER_M) + 1, 0)] = True
     return found
 
 

@@ -226,9 +226,7 @@ class WayRoundService:
             self._taking = False
         self._told()
 
-    def _fail(
-        self, job: WayRoundJob, reason: str, *, searched: bool = True, nothing_reached: bool = False
-    ) -> None:
+    def _fail(self, job: WayRoundJob, reason: str, *, searched: bool = True, nothing_reached: bool = False) -> None:
         self._forget()
         why = job.finds_no_way(reason, searched=searched, nothing_reached=nothing_reached)
         if why and self._emulator.onboard.state in UNDER_WAY:

@@ -25,8 +25,29 @@ SPIN_STEP_RAD = 0.05
 MEASURED_M = 1.0
 # Error of measured clearances (m).
 ROUNDING_M = 1e-9
+# Cells (m) of the grid in which edges near a body are found.
+CELL_M = 1.0
 
 Complexes = NDArray[np.complex128]
+
+
+class WallGrid(NamedTuple):
+    """Edges near each square cell of the ground.
+
+    Attributes:
+        x_m, y_m: South-west corner of the grid.
+        columns: Number of cells from west to east.
+        begins: (cells + 1,) where the edges of each cell begin in `near`, row by row from south to north.
+        near: Numbers of edges, in order: those within `MEASURED_M` of a body whose origin is in the cell, and others.
+        off_m: (cells,) distance of all edges from the cell, at least.
+    """
+
+    x_m: float
+    y_m: float
+    columns: int
+    begins: Ints
+    near: Ints
+    off_m: Floats
 
 
 class Walls(NamedTuple):
@@ -37,6 +58,47 @@ class Walls(NamedTuple):
     body: Floats
     margin_m: float
     reach_m: float
+    grid: WallGrid
+
+
+def wall_grid(edges: Floats, reach_m: float) -> WallGrid:
+    """Sort edges into a grid.
+
+    Args:
+        edges: (n, 4) x₁ y₁ x₂ y₂, m.
+        reach_m: Distance that the body reaches from its origin.
+    """
+    ends = edges.reshape(-1, 2)
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    columns, rows = (int(cells) for cells in np.ceil((high - low) / CELL_M) + 1.0)
+    near, off_m = near_edges(edges, (float(low[0]), float(low[1])), (columns, rows), reach_m + MEASURED_M)
+    begins = np.concatenate((np.zeros(1, dtype=np.int64), np.cumsum(near.sum(axis=1))))
+    return WallGrid(float(low[0]), float(low[1]), columns, begins, np.nonzero(near)[1], off_m)
+
+
+@kernel
+def near_edges(
+    edges: Floats, corner: tuple[float, float], cells: tuple[int, int], far_m: float
+) -> tuple[NDArray[np.bool_], Floats]:
+    """Find which edges (cells, n) may be within a distance of a point in each cell, and the least distance (cells,).
+
+    Args:
+        edges: (n, 4) x₁ y₁ x₂ y₂, m.
+        corner: South-west corner of the grid.
+        cells: Number of columns and of rows.
+        far_m: The distance.
+    """
+    columns, rows = cells
+    near, off_m = np.zeros((columns * rows, len(edges)), np.bool_), np.full(columns * rows, math.inf)
+    half_m = math.sqrt(0.5) * CELL_M + ROUNDING_M
+    for cell in range(columns * rows):
+        middle = complex(corner[0] + (cell % columns + 0.5) * CELL_M, corner[1] + (cell // columns + 0.5) * CELL_M)
+        for e in range(len(edges)):
+            a, b = complex(edges[e, 0], edges[e, 1]), complex(edges[e, 2], edges[e, 3])
+            off = math.sqrt(off_squared(middle, a, b)) - half_m
+            off_m[cell] = min(off_m[cell], off)
+            near[cell, e] = off < far_m
+    return near, off_m
 
 
 @borrowing
@@ -92,9 +154,18 @@ def off_walls(pose: Floats, walls: Walls, corners: Complexes) -> float:
         walls: Outlines that the body keeps off.
         corners: (body's corners + 1,) working space.
     """
+    grid = walls.grid
+    column, row = math.floor((pose[0] - grid.x_m) / CELL_M), math.floor((pose[1] - grid.y_m) / CELL_M)
+    cell = row * grid.columns + column
+    inside = 0 <= column < grid.columns and 0 <= cell < len(grid.off_m)
+    if inside and grid.off_m[cell] >= walls.reach_m + MEASURED_M:
+        bound: float = grid.off_m[cell] - walls.reach_m
+        return bound
+    first, count = (grid.begins[cell], grid.begins[cell + 1] - grid.begins[cell]) if inside else (0, len(walls.edges))
     cos, sin, sides = math.cos(pose[2]), math.sin(pose[2]), len(walls.body)
-    middle, placed, least = complex(pose[0], pose[1]), False, math.inf
-    for e in range(len(walls.edges)):
+    middle, placed, least = complex(pose[0], pose[1]), False, MEASURED_M if inside else math.inf
+    for k in range(count):
+        e = grid.near[first + k] if inside else k
         a, b = complex(walls.edges[e, 0], walls.edges[e, 1]), complex(walls.edges[e, 2], walls.edges[e, 3])
         # No point of the body is nearer than this.
         off = math.sqrt(off_squared(middle, a, b)) - walls.reach_m
@@ -103,11 +174,11 @@ def off_walls(pose: Floats, walls: Walls, corners: Complexes) -> float:
             continue
         if not placed:
             placed = True
-            for k in range(sides + 1):
-                x, y = walls.body[k % sides, 0], walls.body[k % sides, 1]
-                corners[k] = complex(pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y)
-        for k in range(sides):
-            least = min(least, math.sqrt(apart_squared(corners[k], corners[k + 1], a, b)))
+            for c in range(sides + 1):
+                x, y = walls.body[c % sides, 0], walls.body[c % sides, 1]
+                corners[c] = complex(pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y)
+        for c in range(sides):
+            least = min(least, math.sqrt(apart_squared(corners[c], corners[c + 1], a, b)))
     return least
 
 
