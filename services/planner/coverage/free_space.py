@@ -12,7 +12,7 @@ from touchline.core.tool_reach import free_ground, headings_rad, places
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.collision.checker import first_touch
 from touchline.services.planner.coverage.coverage_machine import CoverageMachine
-from touchline.services.planner.coverage.kernels.wall_clearance import Walls, wall_grid
+from touchline.services.planner.coverage.kernels.wall_clearance import Walls, edge_cells
 from touchline.services.planner.coverage.shapes import Area
 from touchline.services.planner.coverage.swept_area import body_at
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
@@ -61,8 +61,8 @@ class FreeSpace:
     def walls(self) -> Walls:
         """Walls in the form that kernels take."""
         body = np.array(self.machine.outline)
-        grid = wall_grid(self._edges, self.machine.reach_m)
-        return Walls(self._edges, self._owner, body, self._bends_m, self.machine.reach_m, grid)
+        cells = edge_cells(self._edges, self.machine.reach_m)
+        return Walls(self._edges, self._owner, body, self._bends_m, self.machine.reach_m, cells)
 
     def settle(self, area: Area, start: PathPose | None = None) -> None:
         """Confine the machine to the connected part that holds most of an area, or its start pose.
