@@ -25,22 +25,19 @@ TRUE_M: Final = 0.02
 """Difference between reported and true ends of a gap."""
 
 
-def untrue_m(
-    template: Template, gaps: Sequence[dict[str, Any]], strokes: Sequence[PaintMarks], *, whole: bool
-) -> float:
+def untrue_m(template: Template, gaps: Sequence[dict[str, Any]], strokes: Sequence[PaintMarks]) -> float:
     """Return the longest stretch (m) that a report says is left out and is painted, or the other way round.
 
     Args:
         template: The whole template.
         gaps: Stretches that are left out, as in a report.
         strokes: True paint.
-        whole: False if the report does not list what the job has not come to.
     """
     worst_m = 0.0
     for segment in template.segments:
         curve = segment.curve()
         painted, told = painted_cells(curve, strokes), told_cells(segment.id, curve, gaps)
-        worst_m = max(worst_m, longest_m(painted & told), longest_m(~painted & ~told) if whole else 0.0)
+        worst_m = max(worst_m, longest_m(painted & told), longest_m(~painted & ~told))
     return worst_m
 
 
@@ -78,7 +75,7 @@ def _painted(row: Floats, cells: int, stroke: PaintMarks) -> Bools:
             continue
         middle = _place(row, 0.5 * (low_m + high_m))
         if abs(0.5 * (a + b) - middle) < PAINTED_M:
-            found[max(math.ceil(low_m / RASTER_M), 0) : math.floor(high_m / RASTER_M) + 1] = True
+            found[max(math.ceil(low_m / RASTER_M), 0) : max(math.floor(high_m / RASTER_M) + 1, 0)] = True
     return found
 
 

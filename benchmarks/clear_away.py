@@ -88,7 +88,7 @@ def _run(kind: str, job: Job, seed: int) -> Away:
         len(outcome.drives),
         contacts["while_moving"] + contacts["at_rest"],
         gaps["total_m"],
-        untrue_m(job.template, gaps["stretches"], outcome.strokes, whole=True),
+        untrue_m(job.template, gaps["stretches"], outcome.strokes),
         _joints(drives) if kind != STAYS else [],
     )
 

@@ -100,7 +100,7 @@ def _paints(world: str, whole: Template, seed: int) -> bool:
     braking_mps2 = emulator.onboard.protection.braking_mps2
     kept_m = standing_clearance_m(vehicle) if known else passing_m(vehicle, braking_mps2)
     rows = [_row(segment, whole.obstacles, vehicle, kept_m, outcome.strokes) for segment in whole.segments]
-    off_m = untrue_m(whole, gaps["stretches"], outcome.strokes, whole=True)
+    off_m = untrue_m(whole, gaps["stretches"], outcome.strokes)
     contacts = figures.get("contacts", {"while_moving": 0, "at_rest": 0})
     _print(world, rows)
     print(f"{world}: {contacts['while_moving']} contacts in motion, {contacts['at_rest']} at rest; ", end="")

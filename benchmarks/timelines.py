@@ -100,8 +100,7 @@ def _run(number: int, field: str, jobs: dict[str, Job]) -> Timeline:
         raise SystemExit(f"timeline {number}: {error}") from error
     contacts = figures.get("contacts", {"while_moving": 0, "at_rest": 0})
     gaps = figures.get("gaps", {"total_m": 0.0, "stretches": []})
-    whole = not figures["reason"]  # a job that is stopped does not list what it has not come to
-    off_m = untrue_m(job.template, gaps["stretches"], outcome.strokes, whole=whole)
+    off_m = untrue_m(job.template, gaps["stretches"], outcome.strokes)
     row = Timeline(
         field,
         figures["reason"].split(":")[0] or "finished",

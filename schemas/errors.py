@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from typing import Final
 
-#: Problem of a job without a line that is within reach; a robot tells by it that there is nothing to wait for.
-NOTHING_REACHED: Final = "has no line that can be painted"
 #: Further problems of one text that are shown beside the first.
 MOST_OTHERS: Final = 19
 
@@ -50,6 +48,10 @@ class PlanningError(TouchlineError):
         self.segment_id, self.problem, self.remedy = segment_id, problem, remedy
         place = f'segment "{segment_id}"' if segment_id else "plan"
         super().__init__(f"{place} {problem}; {remedy}")
+
+
+class NothingReachedError(PlanningError):
+    """A template without a line that is within reach: there is nothing to wait for where things stand."""
 
 
 class CommandRefused(TouchlineError):

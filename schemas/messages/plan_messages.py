@@ -200,10 +200,14 @@ class PlanRequest(Message):
 
 
 class PlanResponse(Message):
-    """The plan, or the reason why there is none."""
+    """The plan, or the reason why there is none.
+
+    ``nothing_reached``: no line of the template is within reach where things stand.
+    """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Plan_Response"
     success: bool = False
     message: str = ""
+    nothing_reached: bool = False
     trajectory: Trajectory = Trajectory()
     report: PlanReport = PlanReport()

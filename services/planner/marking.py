@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchline.schemas.errors import NOTHING_REACHED, PlanningError
+from touchline.schemas.errors import NothingReachedError, PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
@@ -114,11 +114,11 @@ def _reachable(
     raise nothing_reached(lines)
 
 
-def nothing_reached(lines: ReachableLines) -> PlanningError:
+def nothing_reached(lines: ReachableLines) -> NothingReachedError:
     """Create the error for a template without a line that can be painted."""
     outlines = ", ".join(f'"{name}"' for name in dict.fromkeys(each.outline for each in lines.left_out))
-    problem = f"{NOTHING_REACHED}: everywhere the robot's body would touch {outlines}"
-    return PlanningError("", problem, "move the lines or the outlines apart, or paint them by hand")
+    problem = f"has no line that can be painted: everywhere the robot's body would touch {outlines}"
+    return NothingReachedError("", problem, "move the lines or the outlines apart, or paint them by hand")
 
 
 def _clear_of_outlines(segments: tuple[TemplateSegment, ...], task: PlanTask) -> ReachableLines:

@@ -6,7 +6,7 @@ from typing import Final
 
 from touchline.core.stopwatch import Stopwatch
 from touchline.schemas.catalogue import parse_template
-from touchline.schemas.errors import PlanningError, TouchlineError
+from touchline.schemas.errors import NothingReachedError, PlanningError, TouchlineError
 from touchline.schemas.ground_piece import RemainingPieces
 from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
 from touchline.schemas.messages import PlanRequest, PlanResponse
@@ -42,7 +42,8 @@ def answer(
         asked_for = vehicle_of(request.vehicle_json) if request.vehicle_json else vehicle
         planned, message = _to_goal(request, asked_for) if request.goal else _template(request, asked_for, progress)
     except TouchlineError as error:
-        return PlanResponse(success=False, message=str(error))
+        nothing_reached = isinstance(error, NothingReachedError)
+        return PlanResponse(success=False, message=str(error), nothing_reached=nothing_reached)
     except Exception as error:
         plugin_error = blamed(error)
         if plugin_error is None:

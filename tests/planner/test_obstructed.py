@@ -12,8 +12,8 @@ import shapely
 from tests.planner.drawn import box, drawn, lines
 from tests.planner.test_inside import VEHICLE, bodies_at, check_clear
 from touchline.schemas.curves import Curve
-from touchline.schemas.errors import PlanningError
-from touchline.schemas.messages import PlanOptions
+from touchline.schemas.errors import NothingReachedError, PlanningError
+from touchline.schemas.messages import PlanOptions, PlanRequest
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.swath_ids import line_id_of
 from touchline.schemas.template import ArcSpec, Area, LineSpec, Template, TemplateSegment
@@ -21,6 +21,7 @@ from touchline.schemas.vehicles import LidarSpec, Vehicle
 from touchline.services.planner.collision.clear_lines import ReachableLines, reachable_lines
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import Plan, plan
+from touchline.services.planner.request import answer
 from touchline.services.robot_sim.paint.targets import targets
 
 GIVEN = PlanOptions(order="given")
@@ -85,8 +86,9 @@ def test_an_arc_is_parted() -> None:
 def test_where_nothing_is_left_the_plan_is_refused() -> None:
     bench = box((-2.0, -2.0), (10.0, 2.0), "bench")
     template = drawn((0, 0, 8, 0), (0, 1, 8, 1), obstacles=(bench,))
-    with pytest.raises(PlanningError, match=r'has no line that can be painted: .* touch "bench"; move the lines'):
+    with pytest.raises(NothingReachedError, match=r'has no line that can be painted: .* touch "bench"; move the lines'):
         plan(template, VEHICLE)
+    assert answer(PlanRequest(template_json=template.to_json()), VEHICLE).nothing_reached
 
 
 def test_the_refusal_can_be_asked_for() -> None:

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import pytest
 
 from tests.way_round.met import FIELD, MARKER
+from touchline.jobs.way_round.drives_report import gap_figures
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.onboard.protection.protector import Blocked
-from touchline.schemas.errors import NOTHING_REACHED
 from touchline.schemas.messages import LeftOutStretch, PlanOptions, Trajectory, TraversalStatus, WayRound
 from touchline.schemas.plan_cause import PlanCause
 from touchline.services.planner.plan import plan
@@ -23,7 +23,7 @@ from touchline.services.robot_sim.way_round.way_round_job import (
     WayRoundJob,
 )
 
-SHUT_IN, NOTHING = "plan begins where the robot cannot get away", f"plan {NOTHING_REACHED}: everywhere"
+SHUT_IN, NOTHING = "plan begins where the robot cannot get away", "plan has no line that can be painted"
 
 
 @cache
@@ -112,6 +112,18 @@ def test_it_searches_sooner_once_something_else_is_in_the_way_or_an_order_comes(
     assert stuck.searches_after_s() == 10.0
 
 
+def test_what_stands_at_the_robot_for_good_ends_its_job_as_well(stuck: Stuck) -> None:
+    stuck.onboard.blocked = stuck.onboard.blocked._replace(distance_m=0.0, too_near=True)
+    waited = list[float]()
+    why = ""
+    while not why:
+        waited.append(stuck.searches_after_s())
+        assert stuck.job.rest() is None
+        why = stuck.job.nothing_remains()
+    assert waited == [10.0, 10.0, 20.0, 40.0, 80.0]
+    assert why.startswith(NO_WAY_ON) and "too near" in why
+
+
 def test_what_moves_does_not_end_the_job(stuck: Stuck) -> None:
     for _ in range(8):
         stuck.thing_at(6.0, moving=True)
@@ -130,9 +142,21 @@ def test_it_waits_for_a_planner_for_good(stuck: Stuck) -> None:
 
 def test_with_nothing_in_reach_it_looks_once_at_what_it_remembers_and_ends(stuck: Stuck) -> None:
     stuck.searches_after_s()
-    assert not stuck.job.finds_no_way(NOTHING)
+    assert not stuck.job.finds_no_way(NOTHING, nothing_reached=True)
     assert stuck.searches_after_s() == 0.0, "at once, as it has forgotten what it does not see"
-    assert stuck.job.finds_no_way(NOTHING) == REST_LEFT_OUT and stuck.job.over
+    assert stuck.job.finds_no_way(NOTHING, nothing_reached=True) == REST_LEFT_OUT and stuck.job.over
+
+
+def test_a_job_that_is_aborted_lists_all_that_is_not_painted_once_the_robot_stands(stuck: Stuck) -> None:
+    stuck.onboard.state, stuck.onboard.estimate = TraversalStatus.ABORTED, Estimate(4.0, 0.0, 0.0, speed_mps=0.5)
+    stuck.job.cancel()
+    stuck.job.look(attended=False)
+    assert not stuck.job.over, "paint may still fall"
+    stuck.onboard.estimate = Estimate(4.2, 0.0, 0.0)
+    stuck.job.look(attended=False)
+    assert stuck.job.over and [each.length_m for each in stuck.said.left_out] == [12.0, 12.0]
+    (first, _) = gap_figures(stuck.said.left_out, "aborted by the operator")["stretches"]
+    assert first["reason"] == "not painted: aborted by the operator"
 
 
 def test_ways_round_that_end_elsewhere_are_not_in_vain(stuck: Stuck) -> None:
@@ -168,6 +192,6 @@ def test_what_a_plan_leaves_out_is_tried_again_only_once_the_robot_comes_back(st
     stuck.job.drives_on(trajectory())
     request = stuck.job.rest()
     assert request is not None and [each.id for each in request.rest.template.segments] == ["s1"]
-    assert not stuck.job.finds_no_way(NOTHING)
+    assert not stuck.job.finds_no_way(NOTHING, nothing_reached=True)
     request = stuck.job.rest()
     assert request is not None and [each.id for each in request.rest.template.segments] == ["s0", "s1"]

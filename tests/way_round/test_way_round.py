@@ -139,9 +139,9 @@ def test_a_robot_that_is_pushed_before_it_goes_round_says_why_it_stays_and_what_
 
     monkeypatch.setattr(Emulator, "check_load", refuse)
     figures = driven(PERSON).figures(job())
-    assert figures["reason"] == "cannot load here: the fixes contradict the estimate"
-    gaps = figures["gaps"]["stretches"]
-    assert {each["line"]: each["reason"] for each in gaps} == {"s0": "not painted", "s1": "not painted"}
+    why, gaps = "cannot load here: the fixes contradict the estimate", figures["gaps"]["stretches"]
+    assert figures["reason"] == why
+    assert {each["line"]: each["reason"] for each in gaps} == dict.fromkeys(("s0", "s1"), f"not painted: {why}")
 
 
 def test_an_operator_can_have_it_wait_or_leave_the_place_out_for_good() -> None:

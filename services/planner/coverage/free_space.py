@@ -12,7 +12,7 @@ from touchline.core.tool_reach import free_ground, headings_rad, places
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.collision.checker import first_touch
 from touchline.services.planner.coverage.coverage_machine import CoverageMachine
-from touchline.services.planner.coverage.kernels.wall_clearance import Walls
+from touchline.services.planner.coverage.kernels.wall_clearance import Walls, edge_cells
 from touchline.services.planner.coverage.shapes import Area
 from touchline.services.planner.coverage.swept_area import body_at
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
@@ -61,7 +61,8 @@ class FreeSpace:
     def walls(self) -> Walls:
         """Walls in the form that kernels take."""
         body = np.array(self.machine.outline)
-        return Walls(self._edges, self._owner, body, self._bends_m, self.machine.reach_m)
+        cells = edge_cells(self._edges, self.machine.reach_m)
+        return Walls(self._edges, self._owner, body, self._bends_m, self.machine.reach_m, cells)
 
     def settle(self, area: Area, start: PathPose | None = None) -> None:
         """Confine the machine to the connected part that holds most of an area, or its start pose.
@@ -98,7 +99,7 @@ class FreeSpace:
         count = 2 + math.ceil(path.length_m / TOUCH_STEP_M)
         poses = np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3])
         poses = np.concatenate((poses, path.spun(TOUCH_STEP_M / self.machine.reach_m)))
-        edges, owner, body, margin_m, _ = self.walls
+        edges, owner, body, margin_m, *_ = self.walls
         return bool(first_touch(poses, edges, owner, True, body, margin_m - SLACK_M)[0] >= 0)
 
     def at(self, heading_rad: float) -> Area:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -47,6 +48,31 @@ class StrokeTransition:
     seconds: float
 
 
+class Slides(NamedTuple):
+    """Slides to the left between strokes of two directions, in the order of `Join.slides`.
+
+    Attributes:
+        pieces: Pieces of each.
+        table: The same as an array.
+        ends_m: (SLIDES, 2) end of each relative to its beginning.
+    """
+
+    pieces: list[tuple[Piece, ...]]
+    table: Floats
+    ends_m: Floats
+
+    @classmethod
+    def of(cls, slide: WallSlide, first: int, last: int) -> Self:
+        """Make the slides off a stroke of one direction (±1) and onto one of another."""
+        pieces = [
+            slide.pieces(onward * direction, onto=onto)
+            for onward in (-1, 1)
+            for direction, onto in ((first, False), (last, True))
+        ]
+        ends = [PiecePath(PathPose(0.0, 0.0, 0.0), each).end[:2] for each in pieces]
+        return cls(pieces, np.array(pieces, dtype=np.float64), np.array(ends))
+
+
 class TransitionFinder:
     """Finds transitions, given the machine, its free space, and what the plan covers so far."""
 
@@ -60,6 +86,9 @@ class TransitionFinder:
         unit = circle(machine.curvature_max_1pm / root)
         driving = machine.speed_mps, machine.acceleration_mps2, machine.spin_lever_m, machine.bend_s_per_m
         self.mover = Mover(unit, root, *driving)
+        self._slides = {(off, onto): Slides.of(self.slide, off, onto) for off in (1, -1) for onto in (1, -1)}
+        self._shut: set[tuple[CoverStroke, CoverStroke, tuple[float, float], bool]] = set()
+        """Strokes, with their zones, between which nothing is free, which does not depend on what is covered."""
 
     def best(
         self, first: CoverStroke, last: CoverStroke, first_from_m: float = 0.0, last_to_m: float = math.inf
@@ -75,10 +104,18 @@ class TransitionFinder:
             last_to_m: Position on `last` up to which it may be joined.
         """
         last_to_m = min(last_to_m, last.length_m)
+        zone = self.zones(first, last, first_from_m, last_to_m)
+        pair = first, last, zone, self.reversing
+        if pair in self._shut:
+            return None
         leaves = _places(first.length_m - np.arange(0.0, ZONE_M + COARSE_M, COARSE_M), first_from_m, first.length_m)
         joins = _places(np.arange(0.0, ZONE_M + COARSE_M, COARSE_M), 0.0, last_to_m)
-        zone = self.zones(first, last, first_from_m, last_to_m)
-        best = self._among(first, last, zone, self._leave(first, leaves), self._join(joins))
+        leave, join = self._leave(first, leaves), self._join(joins)
+        found = self._survey(first, last, zone, leave, join)
+        if found is None:
+            self._shut.add(pair)
+            return None
+        best = self._laid(first, last, leave, join, found)
         if best is None:
             return None
         around = np.arange(-COARSE_M + FINE_M, COARSE_M, FINE_M)
@@ -86,7 +123,8 @@ class TransitionFinder:
         joins = _places(best.arrive_m + around, 0.0, zone[1])
         leave = self._leave(first, leaves, back=best.leave_m > best.depart_m)
         join = self._join(joins, back=best.begin_m < best.arrive_m)
-        return self._among(first, last, zone, leave, join) or best
+        found = self._survey(first, last, zone, leave, join)
+        return (self._laid(first, last, leave, join, found) if found is not None else None) or best
 
     def zones(
         self, first: CoverStroke, last: CoverStroke, first_from_m: float, last_to_m: float
@@ -122,21 +160,17 @@ class TransitionFinder:
         backward = (returned[places > 0.0], *slid) if self.reversing else ()
         return np.concatenate((there, _onward(there), *backward))
 
-    def _among(
+    def _survey(
         self, first: CoverStroke, last: CoverStroke, zone: tuple[float, float], leave: Floats, join: Floats
-    ) -> StrokeTransition | None:
-        slides = [
-            self.slide.pieces(onward * stroke.direction, onto=stroke is last)
-            for onward in (-1, 1)
-            for stroke in (first, last)
-        ]
-        slid = [PiecePath(PathPose(0.0, 0.0, 0.0), slide).end for slide in slides]
+    ) -> list[float] | None:
+        """Row of `survey`; None if nothing is free."""
+        slides = self._slides[first.direction, last.direction]
         asked = Join(
             np.array(first.at(zone[0])),
             float(first.direction),
             leave - np.array((zone[0], 0.0, 0.0, 0.0)),
-            np.array(slides, dtype=np.float64),
-            np.array([pose[:2] for pose in slid]),
+            slides.table,
+            slides.ends_m,
             np.array(last.start),
             float(last.direction),
             zone[1],
@@ -145,9 +179,14 @@ class TransitionFinder:
             self.reversing and not (first.kind == last.kind == DriveKind.LANE),
         )
         best = survey(asked, self.space.walls, self.mover, self.covered.grid, self.seconds_per_m2, PATIENCE)
-        if not math.isfinite(best[0]):
-            return None
-        _, seconds, _, i, j, direction, kind, first_rad = best.tolist()
+        return best.tolist() if math.isfinite(best[0]) else None
+
+    def _laid(
+        self, first: CoverStroke, last: CoverStroke, leave: Floats, join: Floats, found: list[float]
+    ) -> StrokeTransition | None:
+        """Transition of a row of `survey`; None if the body touches something on it, in full precision."""
+        slides = self._slides[first.direction, last.direction].pieces
+        _, seconds, _, i, j, direction, kind, first_rad = found
         leave_m, behind_m, side, off_on = leave[int(i)].tolist()
         arrive_m, begin_m, onto, onto_on = join[int(j)].tolist()
         off, on = _sideways(slides[2 * int(off_on)], side), _sideways(slides[1 + 2 * int(onto_on)], onto)

@@ -49,8 +49,9 @@ def touch_ups(missed: list[Floats], headings: list[float], space: FreeSpace) -> 
     """
     half = 0.5 * space.machine.width_m
     for heading in headings:
-        along, across = np.array((np.cos(heading), np.sin(heading))), np.array((-np.sin(heading), np.cos(heading)))
-        spans = [(p @ along, p @ across) for p in missed]
+        cos, sin = np.cos(heading), np.sin(heading)
+        # Not by BLAS: its threads take many times the time beside other processes, and its bits depend on the machine.
+        spans = [(cos * p[:, 0] + sin * p[:, 1], cos * p[:, 1] - sin * p[:, 0]) for p in missed]
         laid: dict[float, list[tuple[CoverStroke, float]]] = {}
         for _, seed in spans:
             # The pass is centred on the patch, or has an edge along it; it covers what else is within it.

@@ -12,7 +12,6 @@ import numpy as np
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.onboard.perception.perception import lidars_of
 from touchline.onboard.protection.protector import Blocked
-from touchline.schemas.errors import NOTHING_REACHED
 from touchline.schemas.line_parts import DONE_M
 from touchline.schemas.messages import LeftOutStretch, Time, Trajectory, TraversalStatus
 from touchline.schemas.messages import WayRound as Said
@@ -118,6 +117,7 @@ class WayRoundJob:
         known = [*([template.boundary] if template.boundary else []), *template.obstacles]
         self._for_good = {OPERATOR, PLAN, *(outline.id for outline in known)}
         self._search_tick, self._in_vain, self._work_done, self._stops = 0, 0, 0.0, list[tuple[float, float]]()
+        self._unheld_tick = 0
         self._refusals, self._refused_tick, self._refused_at = 0, 0, list[tuple[float, float]]()
         self.over = self.finished = self._returning = self._breaks_off = False
         self._order = WaitingOrder.GO_ROUND
@@ -135,17 +135,19 @@ class WayRoundJob:
         if self.over:
             return False
         if onboard.state not in UNDER_WAY:
-            if onboard.state == TraversalStatus.DONE and not self._comes_back:
+            final = onboard.state == TraversalStatus.DONE or self._stands
+            if final and not (self.between_drives or self._comes_back):
                 self._end()
             return False
         blocked = onboard.blocked
         order = self._waiting.look(emulator.tick_count, blocked, attended=attended)
         self._watch_for_change(blocked if self.waits else None)
         if not self.waits:
+            self._unheld_tick = emulator.tick_count
             if (self._said.state, self._said.things) != (Said.DRIVES, self._passed):
                 self._say(Said.DRIVES, self._passed)
             return False
-        if abs(onboard.estimate.speed_mps) > RESTING_MPS or blocked is None:
+        if not self._stands or blocked is None:
             return False
         if self._said.state != Said.FINDS_NO_WAY or emulator.tick_count >= self._search_tick:
             until_tick = 0 if blocked.too_near else self._waiting.until_tick(attended=attended)
@@ -155,7 +157,10 @@ class WayRoundJob:
         if self._waiting.answer is None and self._drives > 1 and onboard.status.arc_length_m < ADVANCED_M:
             self._search_tick = max(self._search_tick, self._waiting.begun_tick + AGAIN_TICKS)
         self._order = order or WaitingOrder.GO_ROUND
-        return order is not None and self.may_search and not blocked.too_near
+        if not blocked.too_near or blocked.moving:
+            self._unheld_tick = emulator.tick_count
+        held = blocked.too_near and emulator.tick_count < self._unheld_tick + AGAIN_TICKS
+        return order is not None and self.may_search and not held
 
     def _watch_for_change(self, blocked: Blocked | None) -> None:
         """Put the next search off no longer if the way is free, something moves, or something else is in the way."""
@@ -197,6 +202,8 @@ class WayRoundJob:
     def draft(self) -> RestDraft | None:
         """Return the draft of a request, for `request` once its rest is worked out; None if it were in vain."""
         onboard, vehicle = self._emulator.onboard, self._emulator.vehicle
+        if self._held:
+            return None
         self._enter()
         self._count_stop()
         if self._goes_in_vain:
@@ -248,7 +255,7 @@ class WayRoundJob:
         options = self._options.model_copy(update={"start": start, "obstructed": "", "margin_m": margin_m})
         return RestRequest(rest, draft.seen, options)
 
-    def finds_no_way(self, reason: str, *, searched: bool = True) -> str:
+    def finds_no_way(self, reason: str, *, searched: bool = True, nothing_reached: bool = False) -> str:
         """Note that there is no plan of the rest; return the reason to abort the drive with, "" to wait on.
 
         The robot waits on and searches again later. If there is no work within reach of all that it remembers, it comes
@@ -258,14 +265,16 @@ class WayRoundJob:
         Args:
             reason: Why there is none.
             searched: True if the planner has searched one, or the robot stands between two drives.
+            nothing_reached: True if no work is within reach.
         """
-        under_way, nothing = self._emulator.onboard.state in UNDER_WAY, NOTHING_REACHED in reason
-        if nothing and not self._returning:
+        under_way = self._emulator.onboard.state in UNDER_WAY
+        if nothing_reached and not self._returning:
             return self._comes_back_now()
         self._refusals += searched or self._breaks_off
-        if (self._returning and (nothing or not (under_way or self._breaks_off))) or self._refusals > MOST_REFUSALS:
+        ends = nothing_reached or not (under_way or self._breaks_off)
+        if (self._returning and ends) or self._refusals > MOST_REFUSALS:
             self._enter()
-            if nothing:
+            if nothing_reached:
                 self.remains.give_reason(_listed(self._said.things))
             return self._gives_up(reason)
         self._wait_for_way(reason)
@@ -296,12 +305,23 @@ class WayRoundJob:
         self._end(f"{NO_WAY_ON}: {why}")
 
     @property
+    def _held(self) -> bool:
+        """True if something that may move stands so near that the robot may not move at all."""
+        blocked = self._emulator.onboard.blocked
+        return self._emulator.onboard.state in UNDER_WAY and blocked is not None and blocked.too_near
+
+    @property
     def _goes_in_vain(self) -> bool:
         """True if ways round do not lead to new work."""
         return self._in_vain >= MOST_IN_VAIN or len(self._stops) >= MOST_WITHOUT_WORK
 
     def nothing_remains(self) -> str:
-        """Note that the rest is left out; return the reason to abort the drive with, "" to come back for it at once."""
+        """Note that the rest is left out; return the reason to abort the drive with, "" to come back for it at once.
+
+        Where something stands so near that the robot may not move at all it waits as without a way.
+        """
+        if self._held:
+            return self.finds_no_way(f"{_listed(self._in_the_way)} stands too near for the robot to move at all")
         if self._goes_in_vain:
             return self._gives_up(f"{len(self._stops)} ways round without new work, before {_listed(self._in_the_way)}")
         if self._emulator.onboard.state != TraversalStatus.DONE:
@@ -369,10 +389,14 @@ class WayRoundJob:
         self._say(Said.DRIVES, self._passed)
 
     def cancel(self) -> None:
-        """Note that somebody else gives the robot orders: it neither goes round nor comes back."""
-        if not self.over:
-            self.over = True
-            self._say(Said.DRIVES)
+        """Note that somebody else gives the robot orders: the job ends once it stands, with all that is not done."""
+        self._returning, self._breaks_off = True, False
+        if self._stands:
+            self._end()
+
+    @property
+    def _stands(self) -> bool:
+        return abs(self._emulator.onboard.estimate.speed_mps) <= RESTING_MPS
 
     @property
     def left_out(self) -> LeftOut:

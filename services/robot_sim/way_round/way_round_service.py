@@ -184,7 +184,7 @@ class WayRoundService:
             self._fail(job, planned, searched=False)
             return
         if not planned.success:
-            self._fail(job, planned.message)
+            self._fail(job, planned.message, nothing_reached=planned.nothing_reached)
             return
         self._left_out = planned.report.left_out
         load = m.LoadRequest(
@@ -226,9 +226,10 @@ class WayRoundService:
             self._taking = False
         self._told()
 
-    def _fail(self, job: WayRoundJob, reason: str, *, searched: bool = True) -> None:
+    def _fail(self, job: WayRoundJob, reason: str, *, searched: bool = True, nothing_reached: bool = False) -> None:
         self._forget()
-        if (why := job.finds_no_way(reason, searched=searched)) and self._emulator.onboard.state in UNDER_WAY:
+        why = job.finds_no_way(reason, searched=searched, nothing_reached=nothing_reached)
+        if why and self._emulator.onboard.state in UNDER_WAY:
             self._abort(why)
 
     def _abort(self, why: str) -> None:

@@ -25,8 +25,31 @@ SPIN_STEP_RAD = 0.05
 MEASURED_M = 1.0
 # Error of measured clearances (m).
 ROUNDING_M = 1e-9
+# Least cells (m) of the grid in which edges near a body are found, and their largest number, roughly.
+CELL_M, MOST_CELLS = 1.0, 20_000.0
 
 Complexes = NDArray[np.complex128]
+
+
+class EdgeCells(NamedTuple):
+    """Edges near each square cell of the ground.
+
+    Attributes:
+        x_m, y_m: South-west corner of the grid.
+        cell_m: Width of a cell.
+        columns: Number of cells from west to east.
+        begins: (cells + 1,) where the edges of each cell begin in `near`, row by row from south to north.
+        near: Numbers of edges, in order: those within `MEASURED_M` of a body whose origin is in the cell, and others.
+        off_m: (cells,) distance of all edges from the cell, at least.
+    """
+
+    x_m: float
+    y_m: float
+    cell_m: float
+    columns: int
+    begins: Ints
+    near: Ints
+    off_m: Floats
 
 
 class Walls(NamedTuple):
@@ -37,6 +60,48 @@ class Walls(NamedTuple):
     body: Floats
     margin_m: float
     reach_m: float
+    cells: EdgeCells
+
+
+def edge_cells(edges: Floats, reach_m: float) -> EdgeCells:
+    """Sort edges into a grid.
+
+    Args:
+        edges: (n, 4) x₁ y₁ x₂ y₂, m.
+        reach_m: Distance that the body reaches from its origin.
+    """
+    ends = edges.reshape(-1, 2)
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    (x_m, y_m), cell_m = low.tolist(), max(CELL_M, math.sqrt(float(np.prod(high - low)) / MOST_CELLS))
+    columns, rows = (int(cells) for cells in np.ceil((high - low) / cell_m) + 1.0)
+    near, off_m = near_edges(edges, (x_m, y_m, cell_m), (columns, rows), reach_m + MEASURED_M)
+    begins = np.concatenate((np.zeros(1, dtype=np.int64), np.cumsum(near.sum(axis=1))))
+    return EdgeCells(x_m, y_m, cell_m, columns, begins, np.nonzero(near)[1], off_m)
+
+
+@kernel
+def near_edges(
+    edges: Floats, grid: tuple[float, float, float], size: tuple[int, int], far_m: float
+) -> tuple[NDArray[np.bool_], Floats]:
+    """Find which edges (cells, n) may be within a distance of a point in each cell, and the least distance (cells,).
+
+    Args:
+        edges: (n, 4) x₁ y₁ x₂ y₂, m.
+        grid: South-west corner of the grid, and width of a cell.
+        size: Number of columns and of rows.
+        far_m: The distance.
+    """
+    (x_m, y_m, cell_m), (columns, rows) = grid, size
+    near, off_m = np.zeros((columns * rows, len(edges)), np.bool_), np.full(columns * rows, math.inf)
+    half_m = math.sqrt(0.5) * cell_m + ROUNDING_M
+    for cell in range(columns * rows):
+        middle = complex(x_m + (cell % columns + 0.5) * cell_m, y_m + (cell // columns + 0.5) * cell_m)
+        for e in range(len(edges)):
+            a, b = complex(edges[e, 0], edges[e, 1]), complex(edges[e, 2], edges[e, 3])
+            off = math.sqrt(off_squared(middle, a, b)) - half_m
+            off_m[cell] = min(off_m[cell], off)
+            near[cell, e] = off < far_m
+    return near, off_m
 
 
 @borrowing
@@ -92,9 +157,18 @@ def off_walls(pose: Floats, walls: Walls, corners: Complexes) -> float:
         walls: Outlines that the body keeps off.
         corners: (body's corners + 1,) working space.
     """
+    cells = walls.cells
+    column, row = math.floor((pose[0] - cells.x_m) / cells.cell_m), math.floor((pose[1] - cells.y_m) / cells.cell_m)
+    cell = row * cells.columns + column
+    inside = 0 <= column < cells.columns and 0 <= cell < len(cells.off_m)
+    if inside and cells.off_m[cell] >= walls.reach_m + MEASURED_M:
+        bound: float = cells.off_m[cell] - walls.reach_m
+        return bound
+    first, end = (cells.begins[cell], cells.begins[cell + 1]) if inside else (0, len(walls.edges))
     cos, sin, sides = math.cos(pose[2]), math.sin(pose[2]), len(walls.body)
-    middle, placed, least = complex(pose[0], pose[1]), False, math.inf
-    for e in range(len(walls.edges)):
+    middle, placed, least = complex(pose[0], pose[1]), False, MEASURED_M if inside else math.inf
+    for k in range(first, end):
+        e = cells.near[k] if inside else k
         a, b = complex(walls.edges[e, 0], walls.edges[e, 1]), complex(walls.edges[e, 2], walls.edges[e, 3])
         # No point of the body is nearer than this.
         off = math.sqrt(off_squared(middle, a, b)) - walls.reach_m
@@ -103,11 +177,11 @@ def off_walls(pose: Floats, walls: Walls, corners: Complexes) -> float:
             continue
         if not placed:
             placed = True
-            for k in range(sides + 1):
-                x, y = walls.body[k % sides, 0], walls.body[k % sides, 1]
-                corners[k] = complex(pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y)
-        for k in range(sides):
-            least = min(least, math.sqrt(apart_squared(corners[k], corners[k + 1], a, b)))
+            for c in range(sides + 1):
+                x, y = walls.body[c % sides, 0], walls.body[c % sides, 1]
+                corners[c] = complex(pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y)
+        for c in range(sides):
+            least = min(least, math.sqrt(apart_squared(corners[c], corners[c + 1], a, b)))
     return least
 
 

@@ -36,11 +36,13 @@ class PaintedDrives:
         template: The whole template.
         paint: Paint of all drives, against the painted parts of the template.
         gaps: What is not painted.
+        ended: Why the job ended before the robot came to all of it, or empty.
     """
 
     template: Template
     paint: JointPaint
     gaps: tuple[LeftOutStretch, ...]
+    ended: str
 
     @property
     def report(self) -> TraversalReport:
@@ -61,11 +63,14 @@ class PaintedDrives:
 
     def figures(self) -> dict[str, Any]:
         """See `WorkDone`."""
-        return {"paint": self.paint.figures(), "gaps": gap_figures(self.gaps)}
+        return {"paint": self.paint.figures(), "gaps": gap_figures(self.gaps, self.ended)}
 
     def warnings(self) -> Iterator[str]:
         """See `WorkDone`."""
-        return (gap_words(gap) for gap in self.gaps if gap.outline != PLAN)
+        yield from (gap_words(gap) for gap in self.gaps if gap.outline != PLAN and (gap.outline or not self.ended))
+        rest_m = math.fsum(gap.length_m for gap in self.gaps if not gap.outline)
+        if self.ended and rest_m:
+            yield f"{rest_m:.2f} m {_not_painted(self.ended)}"
 
     def draw_into(self, axes: "Axes", strokes: Iterable[PaintMarks]) -> None:
         """See `WorkDone`."""
@@ -79,7 +84,7 @@ class PaintedDrives:
 
 
 def painted_drives(
-    template: Template, vehicle: Vehicle, works: Sequence[Work], gaps: tuple[LeftOutStretch, ...]
+    template: Template, vehicle: Vehicle, works: Sequence[Work], gaps: tuple[LeftOutStretch, ...], ended: str
 ) -> PaintedDrives:
     """Evaluate all the paint together; takes a moment.
 
@@ -88,8 +93,9 @@ def painted_drives(
         vehicle: Vehicle that paints.
         works: True work of each drive.
         gaps: What is not painted.
+        ended: As in `PaintedDrives`.
     """
-    return PaintedDrives(template, joint_paint(painted_lines(template, gaps), vehicle, works), gaps)
+    return PaintedDrives(template, joint_paint(painted_lines(template, gaps), vehicle, works), gaps, ended)
 
 
 def _of_line(stroke: PaintMarks, lines: Collection[str]) -> PaintMarks:
@@ -98,8 +104,8 @@ def _of_line(stroke: PaintMarks, lines: Collection[str]) -> PaintMarks:
     return stroke.model_copy(update={"segment_id": name or stroke.segment_id})
 
 
-def gap_figures(gaps: Sequence[LeftOutStretch]) -> dict[str, Any]:
-    """Return unpainted parts of lines as figures of a report."""
+def gap_figures(gaps: Sequence[LeftOutStretch], ended: str = "") -> dict[str, Any]:
+    """Return unpainted parts of lines as figures of a report; `ended` as in `PaintedDrives`."""
     return {
         "total_m": math.fsum(gap.length_m for gap in gaps),
         "stretches": [
@@ -108,11 +114,15 @@ def gap_figures(gaps: Sequence[LeftOutStretch]) -> dict[str, Any]:
                 "along_m": [gap.from_m, gap.to_m],
                 "from_m": [gap.from_x_m, gap.from_y_m],
                 "to_m": [gap.to_x_m, gap.to_y_m],
-                "reason": gap.outline or "not painted",
+                "reason": gap.outline or _not_painted(ended),
             }
             for gap in gaps
         ],
     }
+
+
+def _not_painted(ended: str) -> str:
+    return f"not painted: {ended}" if ended else "not painted"
 
 
 def gap_words(gap: LeftOutStretch) -> str:
@@ -136,6 +146,11 @@ class EndedDrive(NamedTuple):
     reason: str
 
 
+def ended_early(reason: str) -> str:
+    """Return why a job ended before its robot came to all of it, by why its last drive did; "" if it did not."""
+    return "" if reason == REST_LEFT_OUT else reason
+
+
 def failure(drives: Sequence[EndedDrive], work: WorkDone) -> str:
     """Return why a job is no success; "" if it is one. One that is done but for what cannot be reached is one.
 
@@ -144,7 +159,7 @@ def failure(drives: Sequence[EndedDrive], work: WorkDone) -> str:
         work: Work of all of them.
     """
     last, contacts = drives[-1], _all_contacts([each.contacts for each in drives])
-    reason = "" if last.reason == REST_LEFT_OUT else last.reason
+    reason = ended_early(last.reason)
     if not reason and contacts is not None:
         reason = failing(last.report, None, contacts) if contacts.while_moving else ""
     return reason or work.refusal

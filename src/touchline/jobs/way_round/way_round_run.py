@@ -9,7 +9,7 @@ from touchline.jobs.shared.joint_paint import Work
 from touchline.jobs.shared.reported_work import ReportedTruth
 from touchline.jobs.single.bus_run import BusRun
 from touchline.jobs.way_round.driven_paths import DrivenPaths
-from touchline.jobs.way_round.drives_report import EndedDrive, drives_figures, painted_drives
+from touchline.jobs.way_round.drives_report import EndedDrive, drives_figures, ended_early, painted_drives
 from touchline.jobs.way_round.work_done import WorkDone
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
@@ -117,7 +117,7 @@ class WayRoundRun(BusRun):
         vehicle, said = self.options.vehicle, self._said
         if not (template.areas and vehicle.tool.covers):
             lines = with_swaths_as_lines(template, trajectory, vehicle)
-            return painted_drives(lines, vehicle, works, said.left_out)
+            return painted_drives(lines, vehicle, works, said.left_out, ended_early(self._ended[-1].reason))
         from touchline.jobs.way_round.covered_areas import covered_areas
 
         notes = left_out_grounds(said.left_out_patches)

@@ -9,10 +9,10 @@ from touchline.jobs.shared.joint_paint import Work
 from touchline.jobs.single.reports import hash_figures, plan_figures
 from touchline.jobs.single.simulation import GivenDrive, Job, Outcome, Products, Progress, carry_out, simulate_with
 from touchline.jobs.way_round.covered_areas import covered_areas
-from touchline.jobs.way_round.drives_report import EndedDrive, drives_figures, failure, painted_drives
+from touchline.jobs.way_round.drives_report import EndedDrive, drives_figures, ended_early, failure, painted_drives
 from touchline.jobs.way_round.work_done import WorkDone
 from touchline.schemas.digest import scenario_hash
-from touchline.schemas.errors import PlanningError
+from touchline.schemas.errors import NothingReachedError, PlanningError
 from touchline.schemas.messages import AreaReport, PaintMarks, Trajectory, TraversalReport
 from touchline.schemas.plan_cause import PlanCause
 from touchline.services.planner.plan import Plan, plan
@@ -147,7 +147,7 @@ class WayRoundDrives:
         try:
             planned = self._plan(request)
         except PlanningError as error:
-            return self.way_round.finds_no_way(str(error))
+            return self._finds_no_way(error)
         self._following = _drive(request, planned)
         return self.way_round.breaks_off(request, planned.trajectory, planned.report.left_out)
 
@@ -176,22 +176,25 @@ class WayRoundDrives:
         try:
             planned = self._plan(request)
         except PlanningError as error:
-            self.way_round.finds_no_way(str(error))
+            self._finds_no_way(error)
             return None
         self.way_round.returns(request, planned.trajectory, planned.report.left_out)
         return _drive(request, planned)
+
+    def _finds_no_way(self, error: PlanningError) -> str:
+        return self.way_round.finds_no_way(str(error), nothing_reached=isinstance(error, NothingReachedError))
 
     def _plan(self, request: RestRequest) -> Plan:
         """Plan the rest; raises `PlanningError`."""
         company = Company.of_rest(request.rest.template, request.rest.pieces)
         return plan(request.template, self._job.vehicle, request.options, company=company)
 
-    def done(self) -> WorkDone:
-        """Return the work of all drives, against the template."""
+    def done(self, ended: str) -> WorkDone:
+        """Return the work of all drives, against the template; `ended` as in `PaintedDrives`."""
         vehicle, remains = self._job.vehicle, self.way_round.remains
         if isinstance(remains, UncoveredGround):
             return covered_areas(remains.template, vehicle, self.driven, self.works, remains.reason)
-        return painted_drives(remains.template, vehicle, self.works, self.way_round.left_out.stretches)
+        return painted_drives(remains.template, vehicle, self.works, self.way_round.left_out.stretches, ended)
 
 
 def _drive(request: RestRequest, planned: Plan) -> GivenDrive:
@@ -222,7 +225,7 @@ def simulate_way_round(
     rerouting = drives or WayRoundDrives(emulator, job)
     last = carry_out(emulator, given, products, progress, rerouting)
     last = replace(last, scenario_hash=scenario_hash(emulator.setup, job.template, job.options))
-    return WayRoundOutcome(last, rerouting.done(), tuple(rerouting.plans))
+    return WayRoundOutcome(last, rerouting.done(ended_early(last.reason)), tuple(rerouting.plans))
 
 
 def _cause(job: Job) -> PlanCause:
