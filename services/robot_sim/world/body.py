@@ -14,6 +14,8 @@ STEP_S: Final = 0.001
 """Physics step [s]."""
 STEPS: Final = 10
 """Physics steps of one kernel call."""
+STANDS_MPS: Final = 0.02
+"""Speed below which a robot stands, as far as a dock is concerned."""
 
 # Trace of the tool's point: row 0 is the tick's start, row k the state after step k.
 TRACE_EAST: Final = 0
@@ -87,6 +89,7 @@ class BodyFigures(NamedTuple):
         grade: Slope of the ground, rise over run.
         uphill_east: Unit vector uphill, with `uphill_north`.
         uphill_north: See `uphill_east`.
+        docks: (d, 4) place of each dock (x, y), its reach [m], and its power [W].
     """
 
     point_x_m: float
@@ -105,3 +108,4 @@ class BodyFigures(NamedTuple):
     grade: float
     uphill_east: float
     uphill_north: float
+    docks: NDArray[np.float64]

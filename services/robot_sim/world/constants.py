@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple
 
+import numpy as np
+
 from touchline.onboard.interface import TICK_S
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
@@ -60,4 +62,5 @@ def constants(vehicle: Vehicle, scenario: Scenario) -> BodyFigures:
         grade=ground.grade,
         uphill_east=math.cos(ground.uphill_rad),
         uphill_north=math.sin(ground.uphill_rad),
+        docks=np.array([(each.x_m, each.y_m, each.reach_m, each.power_w) for each in scenario.docks]).reshape(-1, 4),
     )

@@ -82,6 +82,8 @@ class HubGuide:
         whereabouts = {
             name: each.plan_state if self._team.by_plans else each.whereabouts for name, each in onboard.items()
         }
+        for name in awake if self._team.task.kind == "dispatch" else ():
+            self._coordination.hear_charge(name, self._robots[name].charge)
         try:
             guidance = self._exchange.at(tick, {name: each for name, each in whereabouts.items() if each is not None})
         except (SegmentsMeet, OffPlan) as error:
