@@ -65,7 +65,7 @@ class DispatchedTask:
         Args:
             now_s: Time since the team began.
             charges: Charge of each robot that is known, a share of the whole, by name.
-            silent: FreeRobots that are only obstacles.
+            silent: Robots that are only obstacles.
         """
         self._now_s, self._charges, self._silent = now_s, dict(charges), frozenset(silent)
 

@@ -1,6 +1,6 @@
-"""TaskDispatcher of a team: takes requests, assigns them to robots, follows them to their end, and sends robots to charge.
+"""Dispatcher of a team: takes requests, assigns them to robots, follows them to their end, and sends robots to charge.
 
-TaskTable that no robot has begun are assigned anew at every event: a request, a cancellation, a finished or failed task, a
+Tasks that no robot has begun are assigned anew at every event: a request, a cancellation, a finished or failed task, a
 charged robot, a robot that cannot be used or can again. A task that a robot has begun stays with it unless it fails.
 """
 
@@ -39,7 +39,7 @@ _SILENT: Final = "is silent"
 
 
 class TaskDispatcher:
-    """TaskDispatcher of a team.
+    """Dispatcher of a team.
 
     Args:
         spec: Requests, docks and figures.
@@ -135,7 +135,7 @@ class TaskDispatcher:
 
     @property
     def _requested(self) -> list[TaskRecord]:
-        """TaskTable that somebody has asked for: not those that charge a robot by itself."""
+        """Tasks that somebody has asked for: not those that charge a robot by itself."""
         return [each for each in self.records if each.request.labels != BY_ITSELF]
 
     def update(
@@ -147,7 +147,7 @@ class TaskDispatcher:
             now_s: Time since the team began.
             places: Where each robot is, x + iy (m), by name.
             charges: Charge of each that is known, a share of the whole.
-            silent: FreeRobots that have not been heard for so long that they are only obstacles.
+            silent: Robots that have not been heard for so long that they are only obstacles.
         """
         elapsed_s = 0.0 if self._last_s is None else now_s - self._last_s
         self._now_s = self._last_s = now_s
@@ -176,7 +176,7 @@ class TaskDispatcher:
             if not reason and over:
                 robot.out, robot.stood_s, self._changed = "", now_s, True
             return
-        if not reason and self._stands_s(robot) >= _GIVEN_UP_S:
+        if not reason and robot.held is None and self._stands_s(robot) >= _GIVEN_UP_S:
             reason = f"has not moved for {_GIVEN_UP_S:g} s{self._obstacle(robot)}"
         if not reason:
             return

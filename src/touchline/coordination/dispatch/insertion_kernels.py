@@ -26,7 +26,7 @@ _SAME_S: Final = 1e-6
 
 
 class FreeRobots(NamedTuple):
-    """FreeRobots when they are free.
+    """Robots when they are free.
 
     Attributes:
         ready_s: (r,) time.
@@ -44,7 +44,7 @@ class FreeRobots(NamedTuple):
 
 
 class TaskTable(NamedTuple):
-    """TaskTable.
+    """Tasks, by number.
 
     Attributes:
         first: (t,) place where each begins.
@@ -106,7 +106,7 @@ class Rates(NamedTuple):
 
 
 class RoutingProblem(NamedTuple):
-    """TaskTable, robots and ground."""
+    """Tasks, robots and ground."""
 
     robots: FreeRobots
     tasks: TaskTable

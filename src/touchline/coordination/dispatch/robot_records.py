@@ -38,7 +38,7 @@ class RobotJob:
 
 @dataclass
 class RobotTotals:
-    """RobotTotals of a robot: distance, energy, and times by what it did."""
+    """Totals of a robot: distance, energy, and times by what it did."""
 
     driven_m: float = 0.0
     used_wh: float = 0.0

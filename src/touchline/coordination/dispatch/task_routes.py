@@ -1,4 +1,4 @@
-"""TaskRoutes of tasks to robots."""
+"""Routes of robots through tasks."""
 
 from __future__ import annotations
 
