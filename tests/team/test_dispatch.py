@@ -225,6 +225,14 @@ def test_a_task_without_goods_goes_to_another_robot() -> None:
     assert team.run(60.0)["d"]["state"] == "completed"
 
 
+def test_a_task_at_whose_place_a_lost_robot_stands_fails() -> None:
+    requests = [{"id": "g", "category": "go_to_place", "place": (4, 4), "earliest_start_s": 20.0}]
+    team = Points({"requests": requests}, {"a": 4 + 3.8j, "b": 2 + 2j})
+    team.silent = {"a"}
+    team.run(40.0)
+    assert (team["g"]["state"], team["g"]["reason"]) == ("failed", "a, which is silent, stands at its place")
+
+
 def test_a_robot_that_does_not_move_is_blocked_then_given_up() -> None:
     team = Points({"requests": [delivery("d")]}, {"a": 0.5 + 0.5j, "b": 7.5 + 7.5j})
     team.fixed = {"a"}
@@ -269,7 +277,7 @@ def test_robots_wait_for_their_turn_at_one_place_and_idle_ones_make_room() -> No
     team = Points({"requests": [goto, goto]}, {"a": 4 + 2j, "b": 4 + 6.5j, "c": 4 + 4j}).run(1.0)
     team.run(14.0)
     waiting = [each for each in team.dispatcher.queue()["tasks"] if "waits for" in each["reason"]]
-    assert [each["reason"] for each in waiting] == ["a has stood for 10 s: waits for c"]
+    assert [each["reason"].split(": ")[1] for each in waiting] == ["waits for c"]
     team.run(60.0)
     assert {each["state"] for each in team.dispatcher.queue()["tasks"]} == {"completed"}
 
@@ -328,9 +336,9 @@ def test_a_file_that_is_not_usable_names_the_field(fields: dict[str, Any], told:
 def test_emulated_robots_fail_charge_and_keep_priorities() -> None:
     """One computer hangs with goods on board, one battery is low, and what is urgent comes first."""
     requests = [
-        delivery("lost", pickup=(1.5, 1.5), dropoff=(5, 5), pickup_s=1.0),
+        delivery("lost", pickup=(1.5, 1.5), dropoff=(5, 5), pickup_s=1.0, priority=2),
         delivery("first", pickup=(5, 1), dropoff=(1, 5), priority=1),
-        *({"id": f"go-{k}", "category": "go_to_place", "place": (4.0 - k, 3.0)} for k in range(2)),
+        *({"id": f"go-{k}", "category": "go_to_place", "place": (4.0 - k, 4.5)} for k in range(2)),
     ]
     places = {
         name: {"x_m": x, "y_m": y, "heading_rad": 0.0}
@@ -339,7 +347,7 @@ def test_emulated_robots_fail_charge_and_keep_priorities() -> None:
     task = {
         "kind": "dispatch",
         "requests": requests,
-        "docks": {"corner": {"x_m": 5.5, "y_m": 5.5, "power_w": 40_000.0}},
+        "docks": {"corner": {"x_m": 5.5, "y_m": 5.5, "power_w": 4_000.0}},
         "charges": {"c": 0.12},
         "recharge_soc": 0.5,
     }

@@ -365,10 +365,10 @@ class TaskDispatcher:
         """Update state, reason and estimate of a task that a robot does."""
         record, stands_s = job.record, self._stands_s(robot)
         record.estimate_s = self._planner.ends_at(robot, self._now_s)[0]
-        if stands_s >= STANDS_S:
-            if taken := self._claims.taken_by(robot, self.robots.values()):
-                self._lose_for_good(robot, record, taken)
-                return
+        dead = [each for each in self.robots.values() if each.out and self._now_s - each.out_since_s >= STANDS_S]
+        if taken := self._claims.taken_by(robot, dead):
+            self._lose_for_good(robot, record, taken)
+        elif stands_s >= STANDS_S:
             self._note_standing(robot)
             record.become(TaskState.BLOCKED, f"{robot.name} has stood for {stands_s:.0f} s{self._obstacle(robot)}")
         elif record.estimate_s > record.deadline_s:

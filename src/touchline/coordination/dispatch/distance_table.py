@@ -36,8 +36,7 @@ class DistanceTable:
             self._fields[goal] = field
         nodes = geodesics.nearest_nodes(at)
         by_grid = np.array([self._fields[goal][nodes] for goal in goals]).T
-        found: Floats = np.maximum(direct, by_grid)
-        return found
+        return np.ascontiguousarray(np.maximum(direct, by_grid))
 
     def aim(self, place: complex, goal: complex) -> complex:
         """Return the farthest point of the way from a place to a goal (m) that is seen from there."""

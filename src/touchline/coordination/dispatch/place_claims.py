@@ -11,6 +11,7 @@ import numpy as np
 
 from touchline.coordination.dispatch.robot_records import RobotRecord
 from touchline.coordination.free_area import FreeArea
+from touchline.coordination.tasks import ARRIVED_M
 
 _NEAR: Final = 6.0
 """A robot claims its target within so many radii, or waits there."""
@@ -65,10 +66,10 @@ class PlaceClaims:
         return one is not None and other is not None and abs(one - other) < _APART * self._radius_m
 
     def taken_by(self, robot: RobotRecord, robots: Iterable[RobotRecord]) -> str:
-        """Return the robot out of use that stands at the target of another; "": none."""
+        """Return which of some robots stands so near to the target of another that it cannot arrive; "": none."""
+        reach_m = 2.0 * self._radius_m - ARRIVED_M
         for other in robots:
-            reach_m = 2.0 * self._radius_m
-            if other.out and robot.target is not None and abs(other.place - robot.target) < reach_m:
+            if robot.target is not None and abs(other.place - robot.target) < reach_m:
                 return other.name
         return ""
 

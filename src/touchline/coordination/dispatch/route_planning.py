@@ -119,16 +119,17 @@ class RoutePlanner:
 
     def assigned(self, robots: Sequence[RobotRecord], records: Sequence[TaskRecord], now_s: float) -> TaskRoutes:
         """Return routes of robots for tasks."""
-        return TaskRoutes(self._problem(robots, records, now_s))
+        return TaskRoutes(self.problem(robots, records, now_s))
 
     def energy(self, robot: RobotRecord, record: TaskRecord, *, full: bool = False) -> Energy:
         """Return the energy for a task from where a robot is, with its charge or a full one."""
-        problem = self._problem([robot], [record], 0.0)
+        problem = self.problem([robot], [record], 0.0)
         have_wh = max(self.rates.full_wh, robot.charge * self._battery_wh) if full else robot.charge * self._battery_wh
         need_wh = float(task_wh(float(problem.robots.away_m[0, 0]), 0, problem))
         return Energy(need_wh, have_wh, float(left_wh(0, problem)))
 
-    def _problem(self, robots: Sequence[RobotRecord], records: Sequence[TaskRecord], now_s: float) -> RoutingProblem:
+    def problem(self, robots: Sequence[RobotRecord], records: Sequence[TaskRecord], now_s: float) -> RoutingProblem:
+        """Return what is to be assigned, from where robots will be free."""
         ends = [self.ends_at(robot, now_s) for robot in robots]
         places = list(dict.fromkeys([each.stops[k].place for each in records for k in (0, -1)]))
         number = {place: k for k, place in enumerate(places)}

@@ -7,7 +7,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.coordination.dispatch.insertion_kernels import RoutingProblem, drive_route, insert_all
+from touchline.coordination.dispatch.insertion_kernels import (
+    FreeRobots,
+    Rates,
+    RoutingProblem,
+    TaskTable,
+    WaysBetween,
+    drive_route,
+    insert_all,
+)
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -40,3 +48,12 @@ def route_times(problem: RoutingProblem, robot: int, route: list[int]) -> tuple[
     finished_s = np.full(len(route), math.nan)
     tasks = np.array(route, dtype=np.int64)
     return float(drive_route(robot, tasks, len(route), problem, finished_s)), finished_s
+
+
+def warm_up_routes() -> None:
+    """Compile or load the kernels of routes."""
+    ones, zeros, none = np.ones(1), np.zeros(1), np.zeros(1, dtype=np.int64)
+    ways = WaysBetween(np.ones((1, 1)), ones, none)
+    tasks = TaskTable(none, none, zeros, zeros, zeros, ones, none)
+    robots = FreeRobots(zeros, ones, np.ones((1, 1)), ones, none)
+    TaskRoutes(RoutingProblem(robots, tasks, ways, Rates(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0)))
