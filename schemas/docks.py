@@ -13,7 +13,10 @@ class DockSpec(Spec):
     """Dock: charges a robot that stands within `reach_m` of it."""
 
     x_m: _Coordinate
+    """East."""
     y_m: _Coordinate
+    """North."""
     power_w: Annotated[float, Field(gt=0, le=100_000)] = 60.0
     """Power into the battery."""
     reach_m: Annotated[float, Field(gt=0, le=1)] = 0.15
+    """Distance within which a robot that stands is charged."""

@@ -19,7 +19,7 @@ _Seconds = Annotated[float, Field(ge=0, le=100_000)]
 _Priority = Annotated[int, Field(ge=0, le=9)]
 
 
-class _Request(Spec):
+class TaskRequest(Spec):
     """Fields that all requests have; times are s since the team began."""
 
     id: Annotated[str, Field(max_length=64)] = ""
@@ -34,34 +34,43 @@ class _Request(Spec):
     """Labels for people; they are in the report."""
 
 
-class GoToPlaceRequest(_Request):
+class GoToPlaceRequest(TaskRequest):
     """Drive to a place, and stay for `dwell_s`."""
 
     category: Literal["go_to_place"]
     place: Place
+    """Place to drive to."""
     dwell_s: _Seconds = 0.0
+    """Time at it."""
 
 
-class PatrolRequest(_Request):
+class PatrolRequest(TaskRequest):
     """Visit places in turn, `rounds` times, and stay at each for `dwell_s`."""
 
     category: Literal["patrol"]
     places: Annotated[tuple[Place, ...], Field(min_length=1, max_length=100)]
+    """Places in their order."""
     rounds: Annotated[int, Field(ge=1, le=1000)] = 1
+    """Times that all are visited."""
     dwell_s: _Seconds = 0.0
+    """Time at each."""
 
 
-class DeliveryRequest(_Request):
+class DeliveryRequest(TaskRequest):
     """Pick goods up at one place, which takes `pickup_s`, and drop them off at another, which takes `dropoff_s`."""
 
     category: Literal["delivery"]
     pickup: Place
+    """Place of the goods."""
     dropoff: Place
+    """Place that they are brought to."""
     pickup_s: _Seconds = 5.0
+    """Time to pick them up."""
     dropoff_s: _Seconds = 5.0
+    """Time to drop them off."""
 
 
-class ChargeRequest(_Request):
+class ChargeRequest(TaskRequest):
     """Charge a robot up to `recharge_soc`."""
 
     category: Literal["charge"]
@@ -80,8 +89,11 @@ class DispatchTask(Spec):
 
     kind: Literal["dispatch"] = "dispatch"
     requests: Annotated[tuple[Request, ...], Field(max_length=10_000)] = ()
+    """Requests; further ones may be added while the team is on the bus."""
     places: dict[str, Point] = Field(default_factory=dict)
+    """Places (x, y in m) by the names that requests may use."""
     docks: Annotated[dict[str, DockSpec], Field(max_length=1000)] = Field(default_factory=dict)
+    """Docks by name; one robot at a time charges at each."""
     charges: dict[str, Share] = Field(default_factory=dict)
     """Charge at the start, a share of the whole, of emulated robots by name; default: full."""
     recharge_threshold: Share = 0.2
