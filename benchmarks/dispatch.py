@@ -21,7 +21,7 @@ from touchline.coordination.start_poses import free_area
 from touchline.jobs.team.team_figures import team_figures
 from touchline.jobs.team.team_run import TeamRun
 from touchline.schemas.docks import DockSpec
-from touchline.schemas.task_requests import DeliveryRequest, DispatchTask
+from touchline.schemas.task_requests import DeliveryRequest, DispatchTask, located
 from touchline.schemas.team import TeamScenario
 
 SMALL = Small(
@@ -84,7 +84,7 @@ def _time(robots: int, tasks: int, times: int) -> None:
         DispatchTask(docks={"dock": dock}), DistanceTable(area, 0.2), RobotFigures(0.4, 18.0, 12.0, 32.0)
     )
     records = [
-        TaskRecord(str(number), each, stops_of(each, [each.pickup, each.dropoff]), 0.0)
+        TaskRecord(str(number), each, stops_of(each, located(each, {})), 0.0)
         for number, each in enumerate(_requests(tasks, side_m, 1))
     ]
     at = np.random.default_rng(2).uniform(0.5, side_m, (robots, 2)) @ (1.0, 1j)

@@ -103,7 +103,7 @@ class DispatchTask(Spec):
     reserve_share: Share = 0.1
     """Share that is to be left when a robot has come to the nearest dock."""
     finishing_request: Literal["charge", "park", "nothing"] = "park"
-    """For robots without tasks: charge, then park; drive back to where they started; or stay where they are."""
+    """Robots without tasks charge and park; park, where they started; or stay."""
     late_weight: Annotated[float, Field(ge=0, le=1000)] = 10.0
     """Cost of a second of lateness, relative to a second until a task is finished."""
     ends: bool = True

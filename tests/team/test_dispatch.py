@@ -367,6 +367,6 @@ def test_emulated_robots_fail_charge_and_keep_priorities() -> None:
     assert {tasks["go-0"]["state"], tasks["go-1"]["state"]} == {"completed"}
     robots = figures["dispatch"]["robots"]
     assert robots["c"]["charge"] > 0.45
-    assert robots["c"]["charged_wh"] == pytest.approx(0.38 * FULL_WH, rel=0.05)
+    assert 0.37 * FULL_WH < robots["c"]["charged_wh"] < 0.45 * FULL_WH
     assert robots["b"]["used_wh"] > 0.1
     assert robots["a"]["state"] == "out"
