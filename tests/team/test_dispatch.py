@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from touchline.coordination.dispatch.dispatch_figures import dispatch_figures, why_not_dispatched
 from touchline.coordination.dispatch.dispatcher import TaskDispatcher
+from touchline.coordination.dispatch.distance_table import DistanceTable
 from touchline.coordination.dispatch.insertion_kernels import (
     FreeRobots,
     Rates,
@@ -233,6 +234,27 @@ def test_a_task_at_whose_place_a_lost_robot_stands_fails() -> None:
     assert (team["g"]["state"], team["g"]["reason"]) == ("failed", "a, which is silent, stands at its place")
 
 
+def test_a_robot_that_is_carried_away_is_no_obstacle_and_may_come_back() -> None:
+    requests = [{"id": "g", "category": "go_to_place", "place": (4, 4), "earliest_start_s": 20.0}]
+    team = Points({"requests": requests}, {"a": 4 + 3.8j, "b": 2 + 2j}).run(1.0)
+    del team.places["a"]
+    team.run(40.0)
+    assert (team["g"]["state"], team["g"]["robot"]) == ("completed", "b")
+    assert team.dispatcher.queue()["robots"]["a"]["reason"] == "has been removed"
+    team.places["a"] = 1 + 1j
+    assert team.run(1.0).dispatcher.queue()["robots"]["a"]["state"] == "idle"
+
+
+def test_ways_lead_round_walls() -> None:
+    wall = ((2.9, 0.0), (3.1, 0.0), (3.1, 5.0), (2.9, 5.0))
+    fields = {"area": {"outline": [(0, 0), (6, 0), (6, 6), (0, 6)], "obstacles": [wall]}}
+    table = DistanceTable(free_area(TeamScenario.model_validate(fields)), 0.2)
+    ((length_m, near_m),) = table.lengths_m([1 + 3j], [5 + 3j, 1 + 4j])
+    assert 5.9 < length_m < 6.4  # 2 · |2 + 2.2 i| and the clearance
+    assert near_m == pytest.approx(1.0, abs=0.05)
+    assert abs(table.aim(1 + 3j, 5 + 3j) - (2.7 + 5.2j)) < 0.5
+
+
 def test_a_robot_that_does_not_move_is_blocked_then_given_up() -> None:
     team = Points({"requests": [delivery("d")]}, {"a": 0.5 + 0.5j, "b": 7.5 + 7.5j})
     team.fixed = {"a"}
@@ -244,6 +266,16 @@ def test_a_robot_that_does_not_move_is_blocked_then_given_up() -> None:
     (stood,) = team.dispatcher.stands
     assert stood["robot"] == "a"
     assert stood["until_s"] - stood["from_s"] > 50.0
+
+
+def test_a_robot_that_drives_and_comes_no_nearer_is_blocked() -> None:
+    team = Points({"requests": [delivery("d")]}, {"a": 0.5 + 0.5j})
+    team.fixed = {"a"}
+    for number in range(90):
+        team.places["a"] = 0.5 + 0.5j + 0.3 * (-1) ** number
+        team.run(1.0)
+    assert team["d"]["state"] == "blocked"
+    assert "a has come no nearer for " in team["d"]["reason"]
 
 
 def test_one_robot_at_a_time_charges_and_low_ones_do_so_before_their_task() -> None:

@@ -31,11 +31,15 @@ STANDS_S: Final = 10.0
 """A robot that has stood for so long on its way is blocked."""
 _GIVEN_UP_S: Final = 60.0
 """After so long it cannot be used, and its task is assigned anew; after as long again it is tried again."""
+_NEARER_S: Final = 1.0
+"""The time that its task takes still has fallen by this if a robot has come nearer."""
 _CHARGED: Final = 0.005
 """Share that may lack of a full charge."""
 BY_ITSELF: Final = ("inserted",)
 """Label of charging tasks that nobody has asked for."""
 _SILENT: Final = "is silent"
+_REMOVED: Final = "has been removed"
+_NOWHERE: Final = complex(math.inf, 0.0)
 
 
 class TaskDispatcher:
@@ -170,9 +174,9 @@ class TaskDispatcher:
     def _look_for_failure(self, robot: RobotRecord, silent: Collection[str], *, gone: bool) -> None:
         """Take a robot out of use that is silent or does not move, and back."""
         now_s = self._now_s
-        reason = "has been removed" if gone else _SILENT if robot.name in silent else ""
+        reason = _REMOVED if gone else _SILENT if robot.name in silent else ""
         if robot.out:
-            over = robot.out in (_SILENT, "has been removed") or now_s - robot.out_since_s >= _GIVEN_UP_S
+            over = robot.out in (_SILENT, _REMOVED) or now_s - robot.out_since_s >= _GIVEN_UP_S
             if not reason and over:
                 robot.out, robot.stood_s, self._changed = "", now_s, True
             return
@@ -183,6 +187,8 @@ class TaskDispatcher:
         robot.out, robot.out_since_s, self._changed = reason, now_s, True
         if robot.job is not None:
             self._lose(robot, robot.job.record, f"{robot.name} {reason}")
+        if gone:
+            robot.place = _NOWHERE
 
     def _stands_s(self, robot: RobotRecord) -> float:
         """Return for how long a robot has stood although it is not where its task needs it (s)."""
@@ -322,6 +328,7 @@ class TaskDispatcher:
         record.robot, record.started_s = robot.name, self._now_s
         robot.job, robot.claim_s, robot.stood_s = RobotJob(record, why), math.inf, self._now_s
         robot.target = record.stops[0].place if record.stops else None
+        robot.left_s, robot.left_since_s = math.inf, self._now_s
         self._changed |= not record.stops
 
     def _share_docks(self) -> None:
@@ -365,12 +372,18 @@ class TaskDispatcher:
         """Update state, reason and estimate of a task that a robot does."""
         record, stands_s = job.record, self._stands_s(robot)
         record.estimate_s = self._planner.ends_at(robot, self._now_s)[0]
+        if record.estimate_s - self._now_s <= robot.left_s - _NEARER_S:
+            robot.left_s, robot.left_since_s = record.estimate_s - self._now_s, self._now_s
+        lost_s = self._now_s - robot.left_since_s
         dead = [each for each in self.robots.values() if each.out and self._now_s - each.out_since_s >= STANDS_S]
         if taken := self._claims.taken_by(robot, dead):
             self._lose_for_good(robot, record, taken)
         elif stands_s >= STANDS_S:
             self._note_standing(robot)
             record.become(TaskState.BLOCKED, f"{robot.name} has stood for {stands_s:.0f} s{self._obstacle(robot)}")
+        elif lost_s >= _GIVEN_UP_S:
+            why = self._obstacle(robot)
+            record.become(TaskState.BLOCKED, f"{robot.name} has come no nearer for {lost_s:.0f} s{why}")
         elif record.estimate_s > record.deadline_s:
             doing = self._doing_now(robot, job)
             record.become(TaskState.DELAYED, f"{doing}; expected {record.estimate_s - record.deadline_s:.0f} s late")

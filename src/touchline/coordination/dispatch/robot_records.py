@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -71,7 +72,9 @@ class RobotRecord:
         waits_for: Robot that it waits for.
         stood: Place at which it was when it last moved.
         stood_s: Time of that.
-        totals: RobotTotals.
+        left_s: Least time that its task was expected to take still.
+        left_since_s: Time of that.
+        totals: Totals of its whole time.
     """
 
     name: str
@@ -90,12 +93,14 @@ class RobotRecord:
     waits_for: str = ""
     stood: complex = complex(math.nan, math.nan)
     stood_s: float = 0.0
+    left_s: float = math.inf
+    left_since_s: float = 0.0
     totals: RobotTotals = field(default_factory=RobotTotals)
 
     def see(self, place: complex, charge: float, elapsed_s: float, now_s: float) -> None:
         """Take what is known of it at an update; a charge that is not known is nan."""
         totals = self.totals
-        totals.driven_m += abs(place - self.place)
+        totals.driven_m += abs(place - self.place) if cmath.isfinite(self.place) else 0.0
         self.place = place
         if not abs(place - self.stood) <= MOVED_M:
             self.stood, self.stood_s = place, now_s
