@@ -68,7 +68,9 @@ def planner(*vehicles: str) -> None:
 def team() -> None:
     """Compile what a team drives with."""
     from touchline.cli import main as touchline
+    from touchline.coordination.dispatch.task_routes import warm_up_routes
 
+    warm_up_routes()
     for avoid in ("cells", "plans", "barriers"):
         sys.argv[1:] = ["fleet", "simulate", "--robots", "2", "--duration", "1", "--avoid", avoid]
         with suppress(SystemExit), Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):

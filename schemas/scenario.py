@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, SerializeAsAny, WrapValidator, model_validator
 
+from touchline.schemas.docks import DockSpec
 from touchline.schemas.faults import AnyFault, Share
 from touchline.schemas.given_angles import Angle
 from touchline.schemas.kinds import of_its_kind
@@ -321,8 +322,12 @@ class Scenario(GrownSpec):
     """Auxiliary sensors, by their kinds; a kind that is not here is as by default."""
     objects: Annotated[tuple[ScenarioObject, ...], Field(max_length=1000)] = ()
     """Things, people and animals in the robot's way or beside it."""
+    docks: Annotated[tuple[DockSpec, ...], Field(max_length=1000)] = ()
+    """Docks, each of which charges the battery while the robot stands at it."""
+    charge: Share = 1.0
+    """Charge of the battery at the start, a share of the whole."""
 
-    later_fields = ("camera", "sensors", "objects", "multipath", "truth")
+    later_fields = ("camera", "sensors", "objects", "multipath", "truth", "docks", "charge")
 
     @model_validator(mode="before")
     @classmethod

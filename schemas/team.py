@@ -12,6 +12,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Coordinate, Pose2, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec
+from touchline.schemas.task_requests import DispatchTask
 from touchline.schemas.topics import NAMESPACE_RULE, is_namespace
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
@@ -101,7 +102,8 @@ class FormationTask(Spec):
     apart_m: Annotated[float, Field(gt=0, le=1000)] = 1.0
 
 
-TaskSpec = Annotated[DeployTask | SwapTask | GoalsTask | FormationTask, Field(discriminator="kind")]
+PlainTaskSpec = DeployTask | SwapTask | GoalsTask | FormationTask
+TaskSpec = Annotated[PlainTaskSpec | DispatchTask, Field(discriminator="kind")]
 
 
 class TeamLinks(Spec):
@@ -178,7 +180,7 @@ class TeamScenario(Spec):
     area: TeamArea | None = None
     """`outline` and `obstacles`, corners in m; null: a square of 2.5 m² a robot."""
     task: TaskSpec = DeployTask()
-    """`deploy` with an `importance`, `swap`, `goals` or `formation`."""
+    """`deploy` with an `importance`, `swap`, `goals`, `formation` or `dispatch`."""
     algorithm: AlgorithmChoice | None = None
     """`use` and `options` of the algorithm that decides where robots drive; null: the task does."""
     radio: TeamRadio = TeamRadio()
@@ -217,7 +219,7 @@ class TeamScenario(Spec):
     Only where robots and coordinator are of one process.
     """
     duration_s: Annotated[float, Field(gt=0, le=100_000)] = 120.0
-    """Longest sim time; goals, swaps and formations end on arrival."""
+    """Longest sim time; goals, swaps and formations end on arrival, dispatch with its last task."""
 
     @model_validator(mode="after")
     def _names_robots_that_there_are(self) -> Self:
@@ -231,6 +233,11 @@ class TeamScenario(Spec):
             if name not in self.names:
                 problem = f"radio.graph names {name!r}, which is no robot of the team"
                 raise ValueError(f"{problem}: use {self.names[0]} or so")
+        for name in self.task.charges if isinstance(self.task, DispatchTask) else ():
+            if name not in self.names:
+                raise ValueError(
+                    f"task.charges names {name!r}, which is no robot of the team: use {self.names[0]} or so"
+                )
         return self
 
     @field_validator("places")
@@ -258,6 +265,8 @@ class TeamScenario(Spec):
         failing = {"faults": self.faults, "world.faults": self.world.faults, "frozen": self.frozen}
         for field in (field for field, there in failing.items() if there and self.by_plans):
             raise ValueError(f"{field} is not supported by plans, which robots must follow: use avoid: cells")
+        if isinstance(self.task, DispatchTask) and self.avoid == "none" and self.algorithm is None:
+            raise ValueError("avoid is 'none', and a dispatcher avoids nobody: use avoid: cells, plans or barriers")
         if self.avoid == "barriers" and not self.links.lossless:
             raise ValueError("links lose messages, which barriers do not allow for: use avoid: plans, or cells")
         return self
@@ -271,6 +280,9 @@ class TeamScenario(Spec):
         """
         faults = (*self.world.faults, *self.faults.get(name, ()))
         world = self.world.model_copy(update={"start": start, "faults": faults})
+        if isinstance(self.task, DispatchTask):
+            docks = tuple(self.task.docks.values())
+            world = world.model_copy(update={"docks": docks, "charge": self.task.charges.get(name, 1.0)})
         follower = self.onboard.follower if self.avoid != "none" else "frenet"
         onboard = self.onboard.model_copy(update={"follower": follower})
         setup = Setup(vehicle=self.vehicle, onboard=onboard, scenario=world)

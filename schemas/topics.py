@@ -196,6 +196,8 @@ TEAM_STATUS = Topic(
     "fleet/status", m.TeamStatus, latched=True, units="m", tolerance=1e-6, general=False, publishers=_TEAM
 )
 #: Of a task that has ended.
+#: Tasks and robots of a team's dispatcher, as JSON.
+TEAM_QUEUE = Topic("fleet/queue", m.String, latched=True, general=False, publishers=_TEAM)
 TEAM_REPORT = Topic(
     "fleet/report", m.TeamReport, latched=True, units="m, s", tolerance=1e-6, general=False, publishers=_TEAM
 )
@@ -322,6 +324,8 @@ PARAMETER_SERVICES: tuple[Service[Any, Any], ...] = (
 )
 #: Served by a team's coordinator; not among ``SERVICES``, as those are of every system.
 TEAM_TASK = Service("fleet/task", m.TeamTaskRequest, m.TeamTaskResponse, COORDINATOR, 1024 * 1024)
+#: To a dispatcher, as JSON: requests to add, a task to cancel, or neither, for its queue.
+TEAM_REQUESTS = Service("fleet/requests", m.TeamTaskRequest, m.TeamTaskResponse, COORDINATOR, 1024 * 1024)
 TEAM_STOP = Service("fleet/stop", m.CommandRequest, m.CommandResponse, COORDINATOR, urgent=True, callers=_STOPPING)
 TEAM_REMOVE = Service("fleet/remove", m.TeamRobotRequest, m.TeamRobotResponse, COORDINATOR)
 TEAM_ADMIT = Service("fleet/admit", m.TeamRobotRequest, m.TeamRobotResponse, COORDINATOR)

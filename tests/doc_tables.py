@@ -20,6 +20,7 @@ from pydantic.fields import FieldInfo
 
 from touchline.schemas import topics
 from touchline.schemas.catalogue import shipped_templates
+from touchline.schemas.docks import DockSpec
 from touchline.schemas.faults import fault_models
 from touchline.schemas.fields import FIELDS, Parameter
 from touchline.schemas.fleet import FleetRobot
@@ -28,6 +29,14 @@ from touchline.schemas.remedies import unit_of
 from touchline.schemas.roles import Role
 from touchline.schemas.scenario import Multipath, Obstruction, Pose2, Scenario, Steel
 from touchline.schemas.spec import Spec
+from touchline.schemas.task_requests import (
+    ChargeRequest,
+    DeliveryRequest,
+    DispatchTask,
+    GoToPlaceRequest,
+    PatrolRequest,
+    TaskRequest,
+)
 from touchline.schemas.team import TeamScenario
 from touchline.schemas.template import ArcSpec, Area, LineSpec, Placement, Polygon, Template, TemplateSegment
 from touchline.schemas.vehicles import Motor, Vehicle
@@ -233,6 +242,24 @@ def roles(some: frozenset[Role]) -> str:
     return "*all*" if some == topics.ANYBODY else ", ".join(role for role in Role if role in some)
 
 
+def requests() -> str:
+    """Lay out a file of requests: the fields of every request once, then those of each category."""
+    parts: dict[str, type[BaseModel]] = {
+        "file": DispatchTask,
+        "every request": TaskRequest,
+        "go_to_place": GoToPlaceRequest,
+        "patrol": PatrolRequest,
+        "delivery": DeliveryRequest,
+        "charge": ChargeRequest,
+        "docks": DockSpec,
+    }
+    common = TaskRequest.model_fields
+    return "\n\n".join(
+        f"{head(name, part)}\n\n{fields(part, without=() if part is TaskRequest else common)}"
+        for name, part in parts.items()
+    )
+
+
 TABLES: Final[Mapping[str, Callable[[], str]]] = {
     "onboard": onboard,
     "scenario": scenario,
@@ -241,6 +268,7 @@ TABLES: Final[Mapping[str, Callable[[], str]]] = {
     "faults": faults,
     "fleet-robot": lambda: fields(FleetRobot),
     "team": lambda: fields(TeamScenario),
+    "requests": requests,
     "template": template,
     "template-parameters": template_parameters,
     "rights": rights,

@@ -16,6 +16,7 @@ from touchline.tui.orders import OrderOutcome, Tried
 from touchline.tui.protocol import Link, Links
 from touchline.tui.robots import Robots, never_there
 from touchline.tui.state import ConsoleState
+from touchline.tui.task_queue import tasks_of
 
 PAINT_RETRY_S = 1.0
 TEAM_STALE_S = 3.0
@@ -129,11 +130,13 @@ class Desks:
             del self._desks[name]
 
     def _draw_team(self) -> None:
-        """Draw the cells that a coordinator reports, as long as it does."""
+        """Draw the cells that a coordinator reports, as long as it does, and its tasks."""
+        if (queue := self._links.queue()) is not None:
+            self.robots.tasks = tasks_of(queue)
         if (team := self._links.team()) is not None:
             self.robots.layer, self._team_heard_s = layer_of(team), self._clock()
         elif self.robots.layer.cells and self._clock() - self._team_heard_s > TEAM_STALE_S:
-            self.robots.layer = NO_LAYER
+            self.robots.layer, self.robots.tasks = NO_LAYER, ()
 
     def _attend(self, now: float) -> None:
         """Listen closely to the robot in view and to those with orders under way; to others only for their state."""

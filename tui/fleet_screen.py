@@ -21,8 +21,10 @@ from touchline.tui.panels import LinesPanel
 from touchline.tui.robots import Robots
 from touchline.tui.roll_call import roll_lines
 from touchline.tui.signal_bar import SignalBar
+from touchline.tui.task_queue import queue_lines
 
 ROLL_HEIGHT = 5
+QUEUE_HEIGHT = 8
 LEAST_FOR_BOTH = 16
 """Number of rows from which map and list are shown together."""
 
@@ -54,9 +56,10 @@ class FleetScreen(Screen[None]):
         """Create the screen for `robots`."""
         super().__init__()
         self._robots = robots
-        self._by_trouble, self._shown = True, Shown.BOTH
+        self._by_trouble, self._shown, self._tasks_shown = True, Shown.BOTH, True
         self._rows: list[FleetRow] = []
         self._totals, self._roll, self._keys = LinesPanel(id="totals"), LinesPanel(id="roll"), FleetKeyBar()
+        self._queue = LinesPanel(id="queue")
         self._signals = SignalBar(named=True)
         self._map, self._list = FleetMap(), FleetList()
 
@@ -65,6 +68,7 @@ class FleetScreen(Screen[None]):
         yield self._totals
         yield self._signals
         yield self._roll
+        yield self._queue
         with Container(id="fleet", classes=self._shown.value):
             yield self._map
             yield self._list
@@ -87,6 +91,7 @@ class FleetScreen(Screen[None]):
         note = "" if self._by_trouble else "by name "
         self._totals.show_lines([totals_line(totals(robots.states), width, note)])
         self._show_roll(width)
+        self._show_queue(width)
         if self._shown is not Shown.LIST:
             self._map.show(robots)
         if self._shown is not Shown.MAP:
@@ -121,6 +126,14 @@ class FleetScreen(Screen[None]):
             self._roll.styles.height = len(lines)  # set before the lines, which may wrap until they are cut
             self._roll.show_lines(lines)
 
+    def _show_queue(self, width: int) -> None:
+        tasks = self._robots.tasks if self._tasks_shown else ()
+        self._queue.display = bool(tasks)
+        if tasks:
+            lines = queue_lines(tasks, width, min(QUEUE_HEIGHT, max(self.size.height // 3, 1)))
+            self._queue.styles.height = len(lines)
+            self._queue.show_lines(lines)
+
     def on_robot_picked(self, event: RobotPicked) -> None:
         """Select the picked robot; Enter shows it alone."""
         self._robots.select(event.name)
@@ -152,6 +165,11 @@ class FleetScreen(Screen[None]):
         before = Shown.LIST if self._low and self._shown is Shown.BOTH else self._shown
         self._shown = every[(every.index(before) + 1) % len(every)]
         self._arrange()
+
+    def action_tasks(self) -> None:
+        """Show or hide the tasks of the team."""
+        self._tasks_shown = not self._tasks_shown
+        self.show()
 
     def action_fit(self) -> None:
         """Show all robots on the map."""

@@ -222,6 +222,7 @@ FLEET_TABLE = (
     ConsoleKey(
         "m", "screen.shown", "Map and list, list, or map", "m", bars={Bar.FLEET: ("Map/list", 4)}, group=Group.LIST
     ),
+    ConsoleKey("k", "screen.tasks", "Show or hide the team's tasks, if it has any", "k", group=Group.LIST),
     ConsoleKey("0", "screen.fit", "Show all robots", "0", bars={Bar.FLEET: ("Fit", 5)}, group=Group.MAP),
     ConsoleKey("f", "screen.follow", "Follow the robot", "f", bars={Bar.FLEET: ("Follow", 6)}, group=Group.MAP),
     ConsoleKey(

@@ -15,6 +15,7 @@ from touchline.schemas.cdr import encode
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.service_messages import GetPaintRequest, GetPaintResponse
+from touchline.schemas.messages.standard import String
 from touchline.schemas.messages.team_messages import TeamCells
 from touchline.schemas.topics import Service, Topic
 from touchline.schemas.traversal_state import traversal_state
@@ -83,7 +84,9 @@ class BusLinks:
         self._known = {bus.namespace for bus in buses}
         self._new: list[tuple[str, Link]] = [(bus.namespace, BusLink(bus)) for bus in buses]
         self._roster = self._bus.roster() if everyone else None
-        self._team = self._bus.of(topics.TEAM_NAMESPACE).inbox([topics.TEAM_CELLS], keep="latest") if everyone else None
+        team = self._bus.of(topics.TEAM_NAMESPACE) if everyone else None
+        self._team = team.inbox([topics.TEAM_CELLS], keep="latest") if team is not None else None
+        self._queue = team.inbox([topics.TEAM_QUEUE], keep="latest") if team is not None else None
 
     def found(self) -> list[tuple[str, Link]]:
         """Implement `Links`."""
@@ -101,6 +104,13 @@ class BusLinks:
         newest = None
         for _, message in self._team.messages() if self._team is not None else ():
             newest = message if isinstance(message, TeamCells) else newest
+        return newest
+
+    def queue(self) -> str | None:
+        """Implement `Links`."""
+        newest = None
+        for _, message in self._queue.messages() if self._queue is not None else ():
+            newest = message.data if isinstance(message, String) else newest
         return newest
 
 

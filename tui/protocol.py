@@ -110,3 +110,7 @@ class Links(Protocol):
     def team(self) -> TeamCells | None:
         """Return the message of a team's coordinator since the last call, if any. Never waits."""
         ...
+
+    def queue(self) -> str | None:
+        """Return the tasks of a team's dispatcher, as JSON, if there is news of them. Never waits."""
+        ...

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from touchline.schemas import topics
 from touchline.tui.event_log import INFO
@@ -24,6 +25,8 @@ class Robots:
     """Last order to several robots."""
     layer: FleetLayer = NO_LAYER
     """Last report of the team."""
+    tasks: Sequence[Mapping[str, Any]] = ()
+    """Tasks of its dispatcher, as `TaskDispatcher.queue` tells them."""
 
     @property
     def selected(self) -> ConsoleState:

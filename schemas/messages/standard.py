@@ -244,6 +244,7 @@ class BatteryState(Message):
     """Battery: volt, °C, ampere (negative when discharging), Ah; ``percentage`` is 0…1."""
 
     ros_type: ClassVar[str] = "sensor_msgs/msg/BatteryState"
+    POWER_SUPPLY_STATUS_CHARGING: ClassVar[int] = 1
     POWER_SUPPLY_STATUS_DISCHARGING: ClassVar[int] = 2
     POWER_SUPPLY_HEALTH_GOOD: ClassVar[int] = 1
     POWER_SUPPLY_TECHNOLOGY_LION: ClassVar[int] = 2

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
+from typing import Final
 
 from touchline.bus import Bus
 from touchline.coordination.coordination import Reported
@@ -12,6 +14,9 @@ from touchline.coordination.reported_contacts import tick_of
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.team import TeamScenario
+
+_CHARGE_TICKS: Final = 100
+"""Ticks from one message about the battery to the next."""
 
 
 class RobotLink:
@@ -22,13 +27,17 @@ class RobotLink:
         heard_at_s: Time of that, wall clock (monotonic).
         fresh: Whether it has sent a message since the last look.
         path: Its true path up to the last exchange in lockstep.
+        charge: Charge of its battery, a share of the whole; nan: unknown.
     """
 
     def __init__(self, bus: Bus, team: TeamScenario, *, lockstep: bool) -> None:
         """Subscribe on the robot's own bus; in lockstep also to the truth."""
         reported = topics.PLAN_STATE if team.by_plans else topics.WHEREABOUTS
-        self._inbox = bus.inbox([reported, topics.TRUE_WAY][: 1 + lockstep], keep="recent")
+        self._told_charge = team.task.kind == "dispatch" or not lockstep
+        heard = [reported, *((topics.TRUE_WAY,) if lockstep else ()), *((topics.BATTERY,) if self._told_charge else ())]
+        self._inbox = bus.inbox(heard, keep="recent")
         self._lockstep = lockstep
+        self.charge, self._charge_tick = math.nan, -1
         self.path: m.TrueWay | None = None
         self._guidance = bus.publisher(topics.GUIDANCE, bus.publisher_id)
         self.whereabouts: Reported | None = None
@@ -40,8 +49,11 @@ class RobotLink:
         return round(100 * self.whereabouts.stamp_s) if self.whereabouts is not None else -1
 
     def has_reported(self, tick: int) -> bool:
-        """Return whether it has reported its place at a tick and, in lockstep, its path to it."""
-        return self.tick >= tick and (not self._lockstep or (self.path is not None and tick_of(self.path) >= tick))
+        """Return whether it has reported its place at a tick and, in lockstep, its path to it and its charge."""
+        if not self._lockstep:
+            return self.tick >= tick
+        charged = not self._told_charge or self._charge_tick >= tick // _CHARGE_TICKS * _CHARGE_TICKS
+        return self.tick >= tick and charged and self.path is not None and tick_of(self.path) >= tick
 
     def listen(self, now_s: float) -> None:
         """Take messages that have arrived since the last call."""
@@ -50,6 +62,8 @@ class RobotLink:
                 self.whereabouts, self.heard_at_s, self.fresh = message, now_s, True
             elif isinstance(message, m.TrueWay):
                 self.path = message
+            elif isinstance(message, m.BatteryState):
+                self.charge, self._charge_tick = message.percentage, tick_of(message)
 
     def send(self, guidance: Sequence[m.Guidance], tick: int) -> None:
         """Send guidance, at least an acknowledgement; `tick` is that of its whereabouts."""

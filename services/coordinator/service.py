@@ -36,6 +36,7 @@ from touchline.schemas.spec import problems_of
 from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.schemas.topics import Service
 from touchline.services.coordinator.contact_injector import ContactInjector
+from touchline.services.coordinator.dispatch_desk import DispatchDesk
 from touchline.services.coordinator.external_algorithm import ExternalDecider
 from touchline.services.coordinator.group_call import GroupCall, reasons, start_guidance
 from touchline.services.coordinator.invitations import Invitations
@@ -95,6 +96,7 @@ class TeamService:
         self._statistics: TaskStatistics | None = None
         self._phase = _Phase.WAITING
         self._removals = Removals(bus, self._coordination, joining=not lockstep)
+        self._desk = DispatchDesk(bus, self._coordination)
         self._beginning: GroupCall | None = None
         self._invitations = Invitations()
         self._late_robots = LateRobots(bus.publisher(topics.EVENTS).send, SILENT_S)
@@ -190,6 +192,9 @@ class TeamService:
 
     def _exchanged(self, tick: int, whereabouts: dict[str, Reported]) -> dict[str, list[m.Guidance]]:
         """Exchange messages; if two robots are about to run into each other, pause all."""
+        for name, link in self._links.items():
+            if math.isfinite(link.charge):
+                self._coordination.hear_charge(name, link.charge)
         try:
             guidance = self._exchange.at(tick, whereabouts)
         except TouchlineError as error:
@@ -218,6 +223,7 @@ class TeamService:
         cells, status = team_messages(self._coordination, self._area, tick, known)
         self._cells.send(cells)
         self._status.send(status)
+        self._desk.publish(ended=self._lockstep and self._coordination.finished(tick / 100.0))
 
     def _look_for_end(self, tick: int) -> None:
         """Count the update, and report once the task has come to its end."""
@@ -236,6 +242,7 @@ class TeamService:
     def _serve(self) -> None:
         if (task := self._tasks.poll()) is not None:
             self._take_task(task)
+        self._desk.turn(ended=self._phase is _Phase.ENDED)
         if gone := self._removals.turn(self._buses):
             del self._links[gone]
             self._offsets.pop(gone, None)

@@ -6,6 +6,7 @@ import math
 from typing import Final
 
 from touchline.coordination.coordination import Coordination, Reported
+from touchline.coordination.dispatch.task_routes import warm_up_routes
 from touchline.coordination.exchange import Exchange
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.team_status import team_status
@@ -32,6 +33,7 @@ def warm_up_team(team: TeamScenario, area: FreeArea) -> None:
         exchange.at(tick, {name: _standing(team, tick / 100.0, x + k * off, y) for k, name in enumerate(names)})
     coordination.cells()
     team_status(coordination, area)
+    warm_up_routes()
 
 
 def _standing(team: TeamScenario, stamp_s: float, x_m: float, y_m: float) -> Reported:

@@ -20,6 +20,7 @@ _OTHERS: Final = (
     topics.TEAM_SETUP,
     topics.TEAM_CELLS,
     topics.TEAM_STATUS,
+    topics.TEAM_QUEUE,
     topics.TEAM_REPORT,
 )
 CARRIED: Final = tuple(topic for topic in topics.TOPICS if topic not in _OTHERS)

@@ -314,7 +314,7 @@ def battery(time: Stamp, left_wh: float, power_w: float, capacity_wh: float) -> 
     Args:
         time: Stamp of the message.
         left_wh: Charge in it.
-        power_w: Power taken from it.
+        power_w: Power taken from it; negative: it is charged.
         capacity_wh: Charge of the full battery.
     """
     share = left_wh / capacity_wh
@@ -328,7 +328,9 @@ def battery(time: Stamp, left_wh: float, power_w: float, capacity_wh: float) -> 
         capacity_wh / NOMINAL_V,
         capacity_wh / NOMINAL_V,
         share,
-        m.BatteryState.POWER_SUPPLY_STATUS_DISCHARGING,
+        m.BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        if power_w < 0.0
+        else m.BatteryState.POWER_SUPPLY_STATUS_DISCHARGING,
         m.BatteryState.POWER_SUPPLY_HEALTH_GOOD,
         m.BatteryState.POWER_SUPPLY_TECHNOLOGY_LION,
         True,

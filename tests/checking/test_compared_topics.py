@@ -17,6 +17,7 @@ GIVEN = {
     topics.TEAM_SETUP,
     topics.TEAM_CELLS,
     topics.TEAM_STATUS,
+    topics.TEAM_QUEUE,
     topics.TEAM_REPORT,
 }
 

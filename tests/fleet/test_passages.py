@@ -91,6 +91,11 @@ def test_robots_keep_to_the_right_of_a_passage_and_of_the_way_to_it() -> None:
     assert legs[3].aim.imag > 3.0
 
 
+def test_a_robot_stops_at_a_goal_within_a_passage_that_it_sees() -> None:
+    stops, _ = legs_of(hall(1.2, 3.0), [4.6 + 2.3j, 5.6 + 2.8j], [4.9 + 2.5j, 1 + 2.5j])
+    assert (stops.aim, stops.manner) == (4.9 + 2.5j, Manner.FREE)
+
+
 def test_who_is_second_before_a_mouth_waits_and_only_for_its_own_direction() -> None:
     beside = [4.2 + 2.0j, 4.0 + 2.5j]
     first, second = legs_of(hall(1.2), beside, [9 + 1j, 9 + 2j])

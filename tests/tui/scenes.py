@@ -47,6 +47,9 @@ class FakeLink:
     def team(self) -> m.TeamCells | None:
         return None
 
+    def queue(self) -> str | None:
+        return None
+
     def poll(self) -> list[Incoming]:
         events, self.incoming = self.incoming, []
         return events
@@ -85,9 +88,13 @@ class FakeLinks:
     links: dict[str, FakeLink]
     reported: set[str] = field(default_factory=set)
     team_says: list[m.TeamCells] = field(default_factory=list)
+    queue_says: list[str] = field(default_factory=list)
 
     def team(self) -> m.TeamCells | None:
         return self.team_says.pop() if self.team_says else None
+
+    def queue(self) -> str | None:
+        return self.queue_says.pop() if self.queue_says else None
 
     def found(self) -> list[tuple[str, Link]]:
         new = [(name, link) for name, link in self.links.items() if name not in self.reported]

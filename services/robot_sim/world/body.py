@@ -14,6 +14,8 @@ STEP_S: Final = 0.001
 """Physics step [s]."""
 STEPS: Final = 10
 """Physics steps of one kernel call."""
+STANDS_MPS: Final = 0.02
+"""Speed below which a robot stands, as far as a dock is concerned."""
 
 # Trace of the tool's point: row 0 is the tick's start, row k the state after step k.
 TRACE_EAST: Final = 0
@@ -99,6 +101,7 @@ class BodyFigures(NamedTuple):
         crab_rad: Constant part of the angle of the motion beyond the heading.
         wander_rad: Random part of it, 1 σ.
         wander_1pm: Reciprocal of the length over which that is correlated.
+        docks: (d, 4) place of each dock (x, y), its reach [m], and its power [W].
     """
 
     point_x_m: float
@@ -120,3 +123,4 @@ class BodyFigures(NamedTuple):
     crab_rad: float
     wander_rad: float
     wander_1pm: float
+    docks: NDArray[np.float64]

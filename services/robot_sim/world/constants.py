@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple
 
+import numpy as np
+
 from touchline.onboard.interface import TICK_S
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
@@ -63,4 +65,5 @@ def constants(vehicle: Vehicle, scenario: Scenario) -> BodyFigures:
         crab_rad=scenario.truth.crab_rad,
         wander_rad=scenario.truth.wander_rad,
         wander_1pm=1.0 / scenario.truth.wander_m,
+        docks=np.array([(each.x_m, each.y_m, each.reach_m, each.power_w) for each in scenario.docks]).reshape(-1, 4),
     )

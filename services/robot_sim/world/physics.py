@@ -17,6 +17,7 @@ from touchline.core.jit import kernel
 from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.core.random import STREAM_WANDER, normal
 from touchline.services.robot_sim.world.body import (
+    STANDS_MPS,
     STEP_S,
     STEPS,
     TRACE_EAST,
@@ -202,6 +203,21 @@ def _withheld(usable: float, reserve: float, most: float, full: float) -> tuple[
 
 
 @kernel
+def _charge(state: BodyState, body: BodyFigures, duration: float) -> None:
+    """Charge the battery if the robot stands at a dock; the power drawn is then less than 0."""
+    if abs(state.speed_mps) > STANDS_MPS:
+        return
+    for k in range(len(body.docks)):
+        x, y, reach, power = body.docks[k]
+        room_wh = body.battery_wh - state.battery_reserve_wh - state.battery_wh
+        if math.hypot(state.east_m - x, state.north_m - y) <= reach and room_wh > 0.0:
+            gained_wh = min(power * duration / 3600.0, room_wh)
+            state.battery_wh += gained_wh
+            state.power_w -= gained_wh * 3600.0 / duration
+            return
+
+
+@kernel
 def advance(world: WorldArrays, command: HeldCommand, faults: Sequence[Effects], tick: int) -> None:
     """Advance the world by one onboard tick of ten 1 ms steps, in place.
 
@@ -245,6 +261,8 @@ def advance(world: WorldArrays, command: HeldCommand, faults: Sequence[Effects],
     duration = STEPS * STEP_S
     state.power_w = energy_j / duration
     state.battery_wh = max(state.battery_wh - energy_j / 3600.0, 0.0)
+    if len(body.docks):
+        _charge(state, body, duration)
     state.mean_yaw_rate_radps = (state.heading_rad - heading_before) / duration
     state.mean_accel_x_mps2 = (state.speed_mps - speed_before) / duration + turned_x / STEPS + GRAVITY_MPS2 * state.up_x
     state.mean_accel_y_mps2 = (

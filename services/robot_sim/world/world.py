@@ -78,6 +78,8 @@ class World:
         self._full_l, self._full_wh = vehicle.tool.capacity_l, vehicle.body.battery_wh
         self.refill_tank()
         self.replace_battery()
+        if scenario.charge < 1.0:
+            self.state.battery_wh = scenario.charge * self._full_wh
         self.place(TruePose(0.0, 0.0, 0.0))
 
     @property

@@ -1,25 +1,22 @@
 """``touchline fleet``: teams of robots that share an area."""
 
 import json
-import tempfile
 import uuid
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
 
-from touchline.cli.display import print_json, print_line, progress_bar, say
-from touchline.cli.garbage import without_collecting
+from touchline.cli.dispatch_command import register_dispatch
+from touchline.cli.display import print_json, print_line, progress_bar
 from touchline.cli.groups import with_groups
-from touchline.cli.job_bus import job_bus
-from touchline.cli.job_terminal import Terminal, watch_system
 from touchline.cli.number_list import numbers_of
-from touchline.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, config_of, speed_factor
+from touchline.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, config_of
 from touchline.cli.output_choice import deliver
 from touchline.cli.sweep_command import collect
 from touchline.cli.sweep_output import SweepOutput
 from touchline.cli.team_choice import RobotsCountOption, SeedOption, TeamChoice
+from touchline.cli.team_runs import run_on_bus, simulated
 from touchline.cli.workers_choice import WorkersChoice
 from touchline.recordings.writing import check_recordable
 from touchline.schemas import topics
@@ -52,6 +49,7 @@ def register(app: typer.Typer) -> None:
     fleet.command("stop")(stop)
     fleet.command("remove")(remove)
     fleet.command("admit")(admit)
+    register_dispatch(fleet)
     app.add_typer(fleet, name="fleet")
 
 
@@ -92,22 +90,9 @@ def simulate(
     as_json: JsonOption = False,
 ) -> None:
     """Simulate a team in this process, in lockstep and without Zenoh; exit code 1 if any two robots touch."""
-    from touchline.core.stopwatch import Stopwatch
-    from touchline.jobs.recording.payload_recorder import PayloadRecorder
-    from touchline.jobs.task_pool import cores
-    from touchline.jobs.team.team_figures import team_figures
-    from touchline.jobs.team.team_run import TeamRun
-
     check_recordable(record)
-    chosen = choice.chosen(robots, seed)
-    with progress_bar("Team") as advance:
-        watch = Stopwatch()
-        with PayloadRecorder(record, (*chosen.names, TEAM_NAMESPACE)) as recorder, without_collecting():
-            listener = recorder.hear if record is not None else None
-            run = TeamRun(chosen, hashed=hashed, listener=listener, threads=cores())
-            run.run(advance)
-        figures = team_figures(run, watch.elapsed_s) | recorder.as_figure()
-    deliver(f"Team of {len(run.names)}", figures, report, as_json)
+    figures = simulated(choice.chosen(robots, seed), hashed=hashed, record=record)
+    deliver(f"Team of {figures['robots']}", figures, report, as_json)
     if not figures["success"]:
         raise typer.Exit(ExitCode.FAILED)
 
@@ -127,32 +112,9 @@ def run(
 
     They use a private bus, unless $TOUCHLINE_ENDPOINT names one, where a console sees them.
     """
-    from touchline.coordination.start_poses import free_area, start_poses
-    from touchline.jobs.team.team_on_bus import TeamOnBus
-    from touchline.supervision.running_system import only_one
-    from touchline.supervision.temporary_system import ProcessOptions, local_system
-
     check_recordable(record)
-    chosen = choice.chosen(robots, seed)
-    places = start_poses(chosen, free_area(chosen))
-    setups = {name: chosen.setup(name, places[name]) for name in chosen.names}
-    with tempfile.TemporaryDirectory(prefix="touchline-") as folder, progress_bar("Team") as advance:
-        file = Path(folder) / "team.json"
-        file.write_text(chosen.model_dump_json(), encoding="utf-8")
-        options = ProcessOptions(
-            apart=apart,
-            without=(topics.PLANNER,) if record else (topics.PLANNER, topics.BRIDGE),
-            recordings=record.parent if record else None,
-            coordinator=["--team", str(file), "--lockstep"],
-        )
-        config = job_bus(list(setups))
-        with only_one(config), local_system(setups, config, options) as system:
-            advance(0.0, "Starting")
-            system.wait_until_ready(say)
-            buses = {bus.namespace: bus for bus in system.buses}
-            watcher = Terminal(advance, partial(watch_system, system))
-            figures = TeamOnBus(buses, chosen, watcher, speed_factor(speed), record).run()
-    deliver(f"Team of {len(setups)}", figures, report, as_json)
+    figures = run_on_bus(choice.chosen(robots, seed), speed, apart=apart, record=record)
+    deliver(f"Team of {figures['robots']}", figures, report, as_json)
     if not figures["success"]:
         raise typer.Exit(ExitCode.FAILED)
 

@@ -10,6 +10,8 @@ import numpy as np
 
 from touchline.coordination.algorithms.algorithm_task import AlgorithmTask, External, task_with_algorithm
 from touchline.coordination.body_contacts import body_radius_m
+from touchline.coordination.dispatch.dispatched_task import DispatchedTask, dispatched
+from touchline.coordination.dispatch.dispatcher import TaskDispatcher
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.hub import Hub, TeamSettings
 from touchline.coordination.plans.plan_hub import PlanHub, PlanSettings
@@ -18,6 +20,7 @@ from touchline.coordination.tasks import ARRIVED_M, TeamTask, task_of
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Guidance, PlanState, TeamCell, Whereabouts
 from touchline.schemas.messages.team_messages import FIRST_CELL
+from touchline.schemas.task_requests import DispatchTask
 from touchline.schemas.team import TaskSpec, TeamScenario
 
 Reported = Whereabouts | PlanState
@@ -67,6 +70,7 @@ class Coordination:
         self._first: dict[str, Reported] = {}
         self._begun_s = math.inf
         self._out: set[str] = set()
+        self._charges: dict[str, float] = {}
         self.hub: Hub | PlanHub | None = None
         self.task: TeamTask | None = None
 
@@ -98,6 +102,10 @@ class Coordination:
             if name in hub.names:
                 hub.leave(name)
             hub.join(name, whereabouts, now_s)
+
+    def hear_charge(self, name: str, share: float) -> None:
+        """Take the charge of a robot's battery, a share of the whole."""
+        self._charges[name] = share
 
     def remove(self, name: str) -> None:
         """Remove a robot that has been carried away: nobody keeps off it, and it is ignored until `admit`."""
@@ -156,7 +164,14 @@ class Coordination:
             self.task = self._task_of(self._team.task, _places(self._first))
             self.hub = self._hub(self.task, now_s)
             self._begun_s = now_s
+        if (task := dispatched(self.task)) is not None:
+            task.observe(now_s - self._begun_s, self._charges, self.hub.resting)
         self.hub.update(now_s)
+
+    @property
+    def dispatcher(self) -> TaskDispatcher | None:
+        """Dispatcher of the team's task, once that has begun, if it has one."""
+        return None if (task := dispatched(self.task)) is None else task.dispatcher
 
     def _hub(self, task: TeamTask, now_s: float) -> Hub | PlanHub:
         """Return the hub that begins a task.
@@ -193,7 +208,11 @@ class Coordination:
         Raises:
             SpecError: The task names an unknown robot, or the algorithm cannot be used.
         """
-        given = task_of(spec, self._area, places)
+        given: TeamTask
+        if isinstance(spec, DispatchTask):
+            given = DispatchedTask(spec, self._team, self._area, places)
+        else:
+            given = task_of(spec, self._area, places)
         if isinstance(self.task, AlgorithmTask):
             return AlgorithmTask(self._team, self._area, given, self.task.decider)
         return (
@@ -223,7 +242,9 @@ class Coordination:
 
     @property
     def all_arrived(self) -> bool:
-        """Return whether all believe to be at their last goals."""
+        """Return whether all believe to be at their last goals, or their dispatcher has nothing left to do."""
+        if self.dispatcher is not None:
+            return self.dispatcher.done
         return self.hub is not None and len(self.arrived()) == len(self.hub.names)
 
     @property

@@ -8,7 +8,7 @@ import numpy as np
 
 from touchline.coordination.body_contacts import BodyContacts
 from touchline.coordination.free_area import FreeArea
-from touchline.schemas.messages import TrueWay
+from touchline.schemas.messages import BatteryState, TrueWay
 
 
 class ReportedContacts:
@@ -56,7 +56,7 @@ class ReportedContacts:
         return tuple(self._names[k] for k in sorted(self.contacts.look(places)))
 
 
-def tick_of(path: TrueWay) -> int:
-    """Return the last tick of a path."""
-    stamp = path.header.stamp
+def tick_of(message: TrueWay | BatteryState) -> int:
+    """Return the last tick of a message."""
+    stamp = message.header.stamp
     return 100 * stamp.sec + stamp.nanosec // 10_000_000

@@ -11,7 +11,7 @@ from touchline.coordination.density import Density, density_of
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.lloyd import EVEN, deployment, relaxed_targets
 from touchline.schemas.errors import SpecError
-from touchline.schemas.team import DeployTask, FormationTask, SwapTask, TaskSpec
+from touchline.schemas.team import DeployTask, FormationTask, PlainTaskSpec, SwapTask
 
 Floats = NDArray[np.float64]
 
@@ -150,7 +150,7 @@ def _formation(spec: FormationTask, count: int) -> Floats:
     return turned
 
 
-def task_of(spec: TaskSpec, area: FreeArea, places: Mapping[str, tuple[float, float]]) -> TeamTask:
+def task_of(spec: PlainTaskSpec, area: FreeArea, places: Mapping[str, tuple[float, float]]) -> TeamTask:
     """Return the task of a specification.
 
     Args:

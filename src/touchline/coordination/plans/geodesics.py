@@ -7,6 +7,7 @@ area is shrunk by the distance that plans keep from walls, and a little more, so
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -127,6 +128,19 @@ class Geodesics:
                 line = np.concatenate((places[[start]], nodes[between], places[[end]]))
                 found[start, end], found[end, start] = line, line[::-1]
         return found
+
+    def fields_m(self, goals: Sequence[complex]) -> Floats:
+        """Return (k, nodes) the distance from each point of the grid to each of k goals (m); inf: there is no way."""
+        from scipy.sparse.csgraph import dijkstra
+
+        if not goals:
+            return np.zeros((0, len(self._nodes)))
+        found: Floats = dijkstra(self._graph, indices=self.nearest_nodes(np.array(goals)))
+        return found
+
+    def nearest_nodes(self, places: Complexes) -> Ints:
+        """Return (n,) the numbers of the points of the grid that are nearest to places (n,) (m)."""
+        return np.array([int(self._off(place).argmin()) for place in places.tolist()], dtype=np.int64)
 
     def _field(self, goal: complex) -> tuple[Floats, Ints]:
         """Return (nodes,) the distance from each to a goal (m), and the next node on the way; negative: none."""

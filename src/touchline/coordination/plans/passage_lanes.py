@@ -152,6 +152,8 @@ class PassageLanes:
         met |= numbers[:, None] // 2 == numbers // 2
         for who in np.flatnonzero((numbers >= 0) & (met.sum(axis=1) > 1)).tolist():
             lane, place = self._lanes[numbers[who]], complex(places[who])
+            if not lane.narrow and self._ends_in(numbers[who] // 2, place, complex(goals[who])):
+                continue
             aim, waits = lane.start, abs(lane.start - place) < _QUEUES_M
             if may[who]:
                 aim = lane.aim(lane.mouth_m - before_m[who])
@@ -159,6 +161,13 @@ class PassageLanes:
             aim, _ = self._geodesics.way(place, aim)
             ways[who] = NextLeg(aim, ways[who].left_m, Manner.WAIT if waits else Manner.LANE)
         return ways
+
+    def _ends_in(self, passage: int, place: complex, goal: complex) -> bool:
+        """Return whether a goal that is seen from a place is within a passage: its lane would lead past it (m)."""
+        import shapely
+
+        inside = bool(shapely.contains_xy(self._insides[passage], goal.real, goal.imag))
+        return inside and self._geodesics.sees(place, goal)
 
     def _before_m(self, number: int, place: complex) -> float:
         """Return the way from a place to the mouth of a lane (m), less than 0 behind it; inf without a lane."""

@@ -7,6 +7,7 @@ from contextlib import suppress
 
 from touchline.coordination.cells import SegmentsMeet
 from touchline.coordination.coordination import Coordination
+from touchline.coordination.dispatch.queue_messages import QueueTeller
 from touchline.coordination.exchange import Exchange
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.guidance_messages import header_at, stamped_guidance
@@ -51,6 +52,7 @@ class HubGuide:
         self.believed, self.problem = BelievedApart(), ""
         self._team, self._area, self._listener = team, area, listener
         self._statistics, self._updates, self._ended = TaskStatistics(self._coordination, team.task.kind), 0, False
+        self._teller = QueueTeller()
         for robot in robots.values():
             robot.begin_guided(plans=team.by_plans)
 
@@ -82,6 +84,8 @@ class HubGuide:
         whereabouts = {
             name: each.plan_state if self._team.by_plans else each.whereabouts for name, each in onboard.items()
         }
+        for name in awake if self._team.task.kind == "dispatch" else ():
+            self._coordination.hear_charge(name, self._robots[name].charge)
         try:
             guidance = self._exchange.at(tick, {name: each for name, each in whereabouts.items() if each is not None})
         except (SegmentsMeet, OffPlan) as error:
@@ -122,6 +126,8 @@ class HubGuide:
         known |= {"problem": self.problem} if self.problem else {}
         cells, status = team_messages(self._coordination, self._area, tick, known)
         news: list[Payload] = [(topics.TEAM_CELLS, encode(cells)), (topics.TEAM_STATUS, encode(status))]
+        if (queue := self._teller.news(self._coordination.dispatcher, ended=finished)) is not None:
+            news.append((topics.TEAM_QUEUE, encode(queue)))
         if finished and not self._ended:
             self._ended = True
             if (report := self._statistics.report(finished=True)) is not None:

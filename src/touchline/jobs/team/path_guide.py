@@ -21,6 +21,7 @@ from touchline.jobs.team.team_guide import BelievedApart, Place, run_over
 from touchline.jobs.team.team_robot import TeamRobot
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.messages import LeavingTrajectory, PlanOptions, Trajectory, TraversalStatus
+from touchline.schemas.task_requests import DispatchTask
 from touchline.schemas.team import TeamScenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.driven_part import DrivenPart
@@ -172,6 +173,7 @@ class PathGuide:
     def talk(self, tick: int, awake: Collection[str]) -> bool:
         """Send robots to their next goals, as of `TeamGuide`."""
         if tick % round(100 * self._team.update_s) == 0 and self._task is None and not self.waits_for:
+            assert not isinstance(self._team.task, DispatchTask), "nobody dispatches robots that avoid nobody"
             self._task, self._begun_tick = task_of(self._team.task, self._area, self._places()), tick
         if self._task is None:
             return False

@@ -10,6 +10,8 @@ from typing import Any, Final
 import numpy as np
 
 from touchline.coordination.algorithms.wish_figures import wish_figures
+from touchline.coordination.dispatch.dispatch_figures import dispatch_figures, why_not_dispatched
+from touchline.coordination.dispatch.dispatched_task import dispatched
 from touchline.coordination.lloyd import EVEN, deployment, settled, square_cost
 from touchline.jobs.team.team_run import TeamRun
 
@@ -26,7 +28,10 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
     """
     trace, contacts, sim_s = run.trace, run.contacts, run.ticks / 100.0
     task = {} if run.task.ends_on_arrival else {"deploy": _deployed(run)}
-    if run.task.ends_on_arrival:
+    if (tasks := dispatched(run.task)) is not None:
+        tasks.dispatcher.close("the run has ended")
+        task["dispatch"] = dispatch_figures(tasks.dispatcher.queue())
+    elif run.task.ends_on_arrival:
         task["goals"] = {
             "arrived": int(run.arrived.sum()),
             "all_arrived_s": trace.ended_s if run.arrived.all() else None,
@@ -115,6 +120,8 @@ def _why_not(run: TeamRun) -> str:
     for name, reason in _stopped(run).items():
         if name not in faulty and not run.guide.problem:
             return f"{name} has stopped: {reason}"
+    if (tasks := dispatched(run.task)) is not None:
+        return "" if faulty else why_not_dispatched(tasks.dispatcher.queue())
     if run.task.ends_on_arrival:
         lost = [name for name, reason in run.blockages().items() if not (faulty and reason)]
         if lost:

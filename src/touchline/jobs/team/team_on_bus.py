@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from touchline.bus import Bus, Inbox
 from touchline.coordination.body_contacts import BodyContacts, body_radius_m
+from touchline.coordination.dispatch.dispatch_figures import dispatch_figures, why_not_dispatched
 from touchline.coordination.late_robots import NOT_WAITED_FOR
 from touchline.coordination.reported_contacts import ReportedContacts
 from touchline.coordination.start_poses import free_area
@@ -53,6 +54,7 @@ class TeamOnBus:
     _stopped: dict[str, str] = field(default_factory=dict, init=False)
     _status: m.TeamStatus = field(default=m.TeamStatus(), init=False)
     _report: m.TeamReport = field(default=m.TeamReport(), init=False)
+    _queue: dict[str, Any] = field(default_factory=dict, init=False)
     _warnings: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
@@ -75,7 +77,7 @@ class TeamOnBus:
         setup = coordinator.inbox([topics.TEAM_SETUP], keep="latest")
         self._wait_for(setup)
         inboxes = [bus.inbox([topics.REPORT, topics.EVENTS, topics.TRUE_WAY]) for bus in self.buses.values()]
-        statuses = coordinator.inbox([topics.TEAM_STATUS, topics.TEAM_REPORT], keep="latest")
+        statuses = coordinator.inbox([topics.TEAM_STATUS, topics.TEAM_REPORT, topics.TEAM_QUEUE], keep="latest")
         events = coordinator.inbox([topics.EVENTS])
         if self.record is not None:
             begin_team_recording(first, self.record, self.watcher)
@@ -128,6 +130,8 @@ class TeamOnBus:
                     self._status = message
                 elif isinstance(message, m.TeamReport):
                     self._report = message
+                elif isinstance(message, m.String):
+                    self._queue = json.loads(message.data)
             if self._status.updates != updates:
                 updates, moved_at = self._status.updates, time.monotonic()
                 self._report_progress()
@@ -158,9 +162,11 @@ class TeamOnBus:
         sim_s = max((report.total_time_s for report in self._reports.values()), default=0.0)
         stopped = self._stopped
         lacks = recording is not None and not recording["complete"]
+        open_tasks = why_not_dispatched(self._queue) if self._queue and not self.team.faults else ""
+        touched = _touched(contacts) or open_tasks
         return {
-            "success": not stopped and not lacks and not _touched(contacts),
-            "reason": next(iter(stopped.values()), "the recording is not complete" if lacks else _touched(contacts)),
+            "success": not stopped and not lacks and not touched,
+            "reason": next(iter(stopped.values()), "the recording is not complete" if lacks else touched),
             "team": self.team.name,
             "robots": len(self.buses),
             "task": self.team.task.kind,
@@ -175,6 +181,7 @@ class TeamOnBus:
             "missing": list(self._report.missing),
             "cost_of_squares": self._status.cost_of_squares,
             "stopped": stopped,
+            **({"dispatch": dispatch_figures(self._queue)} if self._queue else {}),
             **(json.loads(self._report.wishes_json) if self._report.wishes_json else {}),
             "bus": {"received": bus.counters.received, "lost": bus.counters.lost},
             "recording": recording,

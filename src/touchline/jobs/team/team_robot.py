@@ -22,6 +22,7 @@ from touchline.services.robot_sim.telemetry import Telemetry
 Floats = NDArray[np.float64]
 Listener = Callable[[list[Payload]], None]
 
+_SECOND_TICKS: Final = 100
 _REST_MOST_TICKS: Final = 3000
 _STOPPED: Final = (TraversalStatus.PAUSED, TraversalStatus.ABORTED, TraversalStatus.ESTOPPED)
 
@@ -33,6 +34,7 @@ class TeamRobot:
         emulator: The robot.
         telemetry: Its telemetry, if that is hashed or recorded.
         stopped: Why it stopped before the end, if it did.
+        charge: Charge of its battery at the last whole second, as it tells so, a share of the whole.
     """
 
     def __init__(self, setup: Setup, *, hashed: bool, listener: Listener | None = None) -> None:
@@ -49,6 +51,8 @@ class TeamRobot:
         if self.telemetry is not None:
             self._publish([self.telemetry.setup(), *self.telemetry.standing(), *self.telemetry.awake()])
         self.stopped = ""
+        self._battery_wh = setup.vehicle.body.battery_wh
+        self.charge = self._told_charge(self.emulator.world.state.battery_wh)
         self._runner = FastRunner(self.emulator)
         self._rows = np.zeros((0, tick_log.columns(len(setup.vehicle.drive.actuators))))
 
@@ -145,6 +149,14 @@ class TeamRobot:
         # All but the last are nominal ones, which are kept.
         places[: count - 1] = rows[: count - 1, tick_log.TRUTH : tick_log.TRUTH + 2]
         places[count - 1] = self.emulator.world.pose[:2]
+        since = self.emulator.tick_count % _SECOND_TICKS
+        if since < count:
+            kept = rows[count - 1 - since, tick_log.BATTERY_WH] if since else self.emulator.world.state.battery_wh
+            self.charge = self._told_charge(float(kept))
         if telemetry is not None:
             telemetry.hold(count)
         return count
+
+    def _told_charge(self, left_wh: float) -> float:
+        """Return a charge as its message has it, with single precision."""
+        return float(np.float32(left_wh / self._battery_wh))

@@ -16,8 +16,8 @@ from touchline.onboard.filter_model import FilterCounters
 REMEMBERED_FIXES: Final = 300
 """Number of fixes over which correlations are averaged exponentially: half a minute at 10 Hz."""
 INCONSISTENT_FROM: Final = 0.15
-"""Correlation of successive innovations from which the filter is inconsistent. In 12 emulated tennis jobs with right files it
-is 0.06 at most."""
+"""Correlation of successive innovations from which the filter is inconsistent. In 12 emulated tennis jobs with right
+files it is 0.06 at most."""
 CONSISTENT_UNTIL: Final = 0.1
 """Correlation below which it is consistent again."""
 MOVING_MPS: Final = 0.05
