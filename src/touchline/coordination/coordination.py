@@ -193,7 +193,7 @@ class Coordination:
         Raises:
             SpecError: The task names an unknown robot, or the algorithm cannot be used.
         """
-        given = task_of(spec, self._area, places)
+        given = task_of(spec, self._area, places, settings_of(self._team).wall_radius_m)
         if isinstance(self.task, AlgorithmTask):
             return AlgorithmTask(self._team, self._area, given, self.task.decider)
         return (
