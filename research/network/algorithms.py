@@ -9,14 +9,15 @@ import numpy as np
 
 from touchline_research.network import wishes
 from touchline_research.network.deployments import keeps_apart
-from touchline_research.network.team_trials import TeamRecord, TeamRules, TeamTrial, by_team, listed
+from touchline_research.network.team_trials import Avoid, TeamRecord, TeamRules, TeamTrial, by_team, listed
 from touchline_research.target_table import TargetRow, TargetTable, against_targets
 
 EXAMPLES: Final = Path(__file__).resolve().parents[2] / "examples" / "teams"
 NO_EXAMPLES: Final = "The examples of algorithms are not here, their rows are left out: run it in the repository."
 SWAP_S, SCATTERED_S = 60.0, 60.0
 _WISHES: Final = Path(wishes.__file__).resolve()
-_APART: Final = ("none", "cells", "plans", "barriers")
+_APART: Final[tuple[Avoid, ...]] = ("none", "cells", "plans", "barriers")
+_UNSAFE_OR_PLANS: Final[tuple[Avoid, ...]] = ("none", "plans")
 _SCATTERED: Final = (
     "rendezvous.py:Rendezvous",
     "cyclic_pursuit.py:CyclicPursuit",
@@ -58,7 +59,7 @@ def scattered_rules() -> list[TeamRules]:
         return []
     return [
         TeamRules(use.partition(".")[0].replace("_", " "), avoid, use=f"{EXAMPLES}/{use}")
-        for use, avoid in product(_SCATTERED, ("none", "plans"))
+        for use, avoid in product(_SCATTERED, _UNSAFE_OR_PLANS)
     ]
 
 
@@ -116,7 +117,7 @@ def _swap_row(group: Sequence[TeamRecord]) -> TargetRow:
     own = (
         listed(arrived_s, ".1f", " s") if len(arrived_s) == len(group) else "never",
         f"{arrived} of {robots}",
-        f"{max(worst):.2f}, {min(fairness):.3f}",
+        f"{max(worst):.2f}, {min(fairness):.3f}" if arrived == robots else "–",
     )
     return _row(group, own, {"arrived": arrived, "jain_least": min(fairness)})
 

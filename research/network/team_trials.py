@@ -14,6 +14,8 @@ from touchline.jobs.team.team_run import BELIEVED_M, TeamRun, TeamTrace
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import AlgorithmChoice, DeployTask, SwapTask, TeamArea, TeamScenario
 
+Avoid = Literal["cells", "plans", "barriers", "none"]
+
 DEPLOY_S, SWAP_S = 120.0, 60.0
 APART_M: Final = 1.3
 """Distance of scattered robots."""
@@ -30,7 +32,7 @@ class TeamRules(NamedTuple):
     """
 
     name: str
-    avoid: Literal["cells", "plans", "barriers", "none"]
+    avoid: Avoid
     path: Literal["bearing", "free"] = "bearing"
     use: str = ""
 

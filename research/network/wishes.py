@@ -26,7 +26,8 @@ def straight(me: Me, right_rad: float = 0.0) -> complex:
     if abs(way) < THERE_M:
         return 0j
     turn = cmath.rect(1.0, -right_rad) if abs(way) > FAR_M else 1.0
-    return way / abs(way) * turn * min(me.speed_max_mps, _SLOWS_1PS * abs(way))
+    wish: complex = way / abs(way) * turn * min(me.speed_max_mps, _SLOWS_1PS * abs(way))
+    return wish
 
 
 class Straight:
