@@ -118,6 +118,11 @@ def test_a_robot_waits_for_the_one_before_it_and_rows_and_circles_begin_together
     assert late.horizons(np.array([0, 1])) == [1, 2]
 
 
+def test_a_way_there_and_back_to_let_another_pass_is_not_left_out() -> None:
+    aside = ActionOrder(np.array([(1,), (2,), (1,), (0,)], dtype=np.int32))
+    assert [aside.horizons(np.array([place])) for place in range(4)] == [[1], [3], [3], [3]]
+
+
 def test_a_crowded_room_is_left_by_one_door() -> None:
     grid = grid_of("....@....", ".........", "....@....", "....@....")
     west, east = np.flatnonzero(grid.cells[:, 0] < 4), np.flatnonzero(grid.cells[:, 0] > 4)

@@ -65,6 +65,8 @@ class ActionOrder:
     def horizons(self, reached: Reached) -> list[int]:
         """Return the last place of each robot's route to which it may drive now, behind those that leave.
 
+        No part leads there and back: nobody could say where on it a robot is, and it could leave out to make way.
+
         Args:
             reached: (n,) number of the cell that each robot has reached in its route.
         """
@@ -80,8 +82,11 @@ class ActionOrder:
         return found
 
     def _horizon(self, who: int, reached: Reached, leaving: set[int]) -> int:
-        place, end = int(reached[who]), len(self.routes[who]) - 1
-        while place < end and all(self._passed(each, reached, leaving) for each in self._needed[who][place + 1]):
+        here, route = int(reached[who]), self.routes[who]
+        place = here
+        while place + 1 < len(route) and route[place + 1] not in route[here : place + 1]:
+            if not all(self._passed(each, reached, leaving) for each in self._needed[who][place + 1]):
+                break
             place += 1
         return place
 

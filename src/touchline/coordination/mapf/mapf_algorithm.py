@@ -23,7 +23,7 @@ Ints = NDArray[np.int32]
 _CELL_R: Final = 2.0 * math.sqrt(2.0)
 """Least side of a cell in clearance radii: of two discs one passes a corner while the other leaves the cell beyond."""
 _ROOM_M: Final = 0.02
-_REACHED: Final = 0.3
+_REACHED: Final = 1.0 / 3.0
 """Distance from a cell's middle, in cells, at which a robot counts as being there."""
 
 
