@@ -67,10 +67,17 @@ def planner(*vehicles: str) -> None:
 
 def team() -> None:
     """Compile what a team drives with."""
+    import numpy as np
+
     from touchline.cli import main as touchline
+    from touchline.coordination.coverage import coverage_of
     from touchline.coordination.dispatch.task_routes import warm_up_routes
+    from touchline.coordination.free_area import FreeArea
+    from touchline.coordination.lloyd import EVEN
 
     warm_up_routes()
+    corner = FreeArea.of([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)])
+    coverage_of(corner, EVEN, 0.2).goals(np.array([(0.5, 1.5)]))
     for avoid in ("cells", "plans", "barriers"):
         sys.argv[1:] = ["fleet", "simulate", "--robots", "2", "--duration", "1", "--avoid", avoid]
         with suppress(SystemExit), Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):

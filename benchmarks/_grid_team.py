@@ -1,10 +1,14 @@
-"""A team on a map of the MAPF benchmark, driven by emulated robots."""
+"""A team on a map of the MAPF benchmark, driven by emulated robots, of which some are late."""
+
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.coordination.mapf.grid_map import AgentGrid
+from touchline.coordination.mapf.mapf_algorithm import GridWays
 from touchline.schemas.team import TeamScenario
+from touchline.team_algorithms import HOLD, Team, Wish
 
 CELL_M = 0.6
 SHRUNK_M = 0.02
@@ -13,10 +17,31 @@ BEYOND_M = 1.0
 
 Ints = NDArray[np.int32]
 Rectangle = list[tuple[float, float]]
+REFINE_TURNS = 2000
+LATE_S, LATE_WITHIN_S = 5.0, 30.0
+"""How long a late robot stands, and by when it begins to."""
 
 
-def team_on(grid: AgentGrid, starts: Ints, goals: Ints, seed: int, duration_s: float) -> TeamScenario:
-    """Robots at the middles of their cells, headings at random, kept apart by plans."""
+class LateGridWays(GridWays):
+    """Ways of all robots, of which a share stands for a while on the way."""
+
+    def __init__(self, late: float) -> None:
+        super().__init__(CELL_M, REFINE_TURNS)
+        self._late = late
+        self._stands_from_s: dict[str, float] = {}
+
+    def decide(self, now: Team) -> Mapping[str, Wish]:
+        wishes = super().decide(now)
+        if not self._stands_from_s:
+            rng, names = np.random.default_rng(next(iter(now.robots.values())).seed), list(wishes)
+            chosen = rng.choice(len(names), round(self._late * len(names)), replace=False).tolist()
+            self._stands_from_s = {names[who]: float(rng.uniform(0.0, LATE_WITHIN_S)) for who in chosen}
+        stands = {name for name, from_s in self._stands_from_s.items() if from_s <= now.now_s < from_s + LATE_S}
+        return {name: HOLD if name in stands else wish for name, wish in wishes.items()}
+
+
+def team_on(grid: AgentGrid, starts: Ints, goals: Ints, seed: int, duration_s: float, use: str) -> TeamScenario:
+    """Robots at the middles of their cells, headings at random, kept apart by plans, driven by an algorithm."""
     rng = np.random.default_rng(seed)
     middles = CELL_M * (grid.cells + 0.5)
     rows, columns = grid.number.shape
@@ -30,7 +55,7 @@ def team_on(grid: AgentGrid, starts: Ints, goals: Ints, seed: int, duration_s: f
             for name, (x, y), turn in zip(names, places, turns, strict=True)
         },
         "task": {"kind": "goals", "goals": {name: [goal] for name, goal in zip(names, wanted, strict=True)}},
-        "algorithm": {"use": "grid-ways", "options": {"cell_m": CELL_M, "refine_turns": 2000}},
+        "algorithm": {"use": use},
         "avoid": "plans",
         "duration_s": duration_s,
         "world": TeamScenario().world.model_copy(update={"seed": seed}).model_dump(),

@@ -2,21 +2,24 @@
 
 `python -m benchmarks mapf data=FOLDER`: the folder has the maps and scenarios of the benchmark (Moving AI Lab), which
 are not shipped. `refine_s`: time to shorten ways of 100 agents. `driven`: numbers of emulated robots that drive on the
-first map, kept apart by plans.
+map `on`, kept apart by plans; a share `late` of them stands for 5 s on the way. No answer is late by the clock.
 """
 
 import time
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 
-from benchmarks._grid_team import team_on
+from benchmarks._grid_team import CELL_M, LATE_S, LateGridWays, team_on
 from benchmarks._settings import NotHereError, Small
+from touchline.coordination.algorithms import answers
 from touchline.coordination.mapf.grid_map import read_map, read_scenario
 from touchline.coordination.mapf.lacam import board_of, solve
 from touchline.coordination.mapf.refine import cost, refined
 from touchline.jobs.team.team_figures import team_figures
 from touchline.jobs.team.team_run import TeamRun
+from touchline.schemas.plugins import TEAM_ALGORITHMS
 
 SMALL = Small({"data": ""}, ())
 MAPS = {
@@ -29,12 +32,19 @@ REFINED = 100
 DURATION_S = 600.0
 
 
-def main(data: str = "", seeds: int = 5, refine_s: float = 10.0, driven: str = "20,50,100") -> None:
+def main(
+    data: str = "",
+    seeds: int = 5,
+    refine_s: float = 10.0,
+    driven: str = "20,50,100",
+    on: str = "random-32-32-20",
+    late: float = 0.1,
+) -> None:
     """Print a row for each map and number of agents, and for each team that drives."""
     if not data:
         raise NotHereError("the maps are not shipped: give data=FOLDER")
     print(f"{'map':24} agents  first ways s, median  most   steps  sum / least  refined")
-    for name, sizes in MAPS.items():
+    for name, sizes in MAPS.items() if seeds else ():
         grid = read_map(Path(data) / f"{name}.map")
         for agents in sizes:
             starts, goals = read_scenario(Path(data) / f"{name}-random-1.scen", grid, agents)
@@ -57,18 +67,27 @@ def main(data: str = "", seeds: int = 5, refine_s: float = 10.0, driven: str = "
                 flush=True,
             )
     for robots in [int(each) for each in driven.split(",") if each]:
-        _drive(Path(data), next(iter(MAPS)), robots)
+        _drive(Path(data), on, robots, late)
 
 
-def _drive(folder: Path, name: str, robots: int) -> None:
+def _drive(folder: Path, name: str, robots: int, late: float) -> None:
     """Print how emulated robots have driven."""
     grid, begun = read_map(folder / f"{name}.map"), time.perf_counter()
     starts, goals = read_scenario(folder / f"{name}-random-1.scen", grid, robots)
-    run = TeamRun(team_on(grid, starts, goals, 1, DURATION_S))
-    run.run()
+    ways = LateGridWays(late)
+    TEAM_ALGORITHMS.register("late-ways", "of this benchmark", lambda: ways)
+    run = TeamRun(team_on(grid, starts, goals, 1, DURATION_S, "late-ways"))
+    with patch.object(answers, "perf_counter", return_value=0.0):
+        run.run()
+    TEAM_ALGORITHMS.forget("late-ways")
+    assert ways.order is not None, "it has planned"
+    plan_s = ways.order.steps * CELL_M / run.team.vehicle.drive.transit_speed_mps
     figures = team_figures(run, time.perf_counter() - begun)
     arrived, after_s = figures["goals"]["arrived"], run.trace.ended_s
     print(
-        f"{robots} robots on {name}: {arrived} arrived after {after_s:.1f} s, {figures['contacts']} contacts, ", end=""
+        f"{robots} robots on {name}, {late:.0%} late by {LATE_S:g} s: {arrived} arrived after {after_s:.1f} s, ", end=""
     )
-    print(f"closest {figures['closest_m']:.3f} m; {figures['wall_time_s']:.0f} s of wall time", flush=True)
+    print(f"{(after_s - LATE_S * (late > 0.0)) / plan_s:.2f} × plan ({plan_s:.1f} s) + delay, ", end="")
+    print(f"{figures['contacts']} contacts, closest {figures['closest_m']:.3f} m, ", end="")
+    changed = figures["intervention"]["changed_share"]
+    print(f"{changed:.1%} of wishes changed; {figures['wall_time_s']:.0f} s of wall time", flush=True)

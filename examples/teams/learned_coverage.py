@@ -10,7 +10,7 @@ import json
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.team_algorithms import Me, Neighbours, VelocityWish, Wish
+from touchline.team_algorithms import Me, Neighbours, PointShares, VelocityWish, Wish
 
 Floats = NDArray[np.float64]
 A_MIN, FORGET_1PS, LEARN_1PS, AGREE_1PS = 0.05, 0.02, 0.1, 0.2
@@ -31,6 +31,7 @@ class LearnedCoverage:
         self._middles, self._width_m = low + (high - low) * coarse, 0.6 * (high - low).max() / self._side
         points = low + (high - low) * fine
         self.points = points[me.area.holds(points, 0.0)]
+        self._shares = PointShares(me.area, me.radius_m, self.points)
         self._basis = self.basis(self.points)
 
     def basis(self, places: Floats) -> Floats:
@@ -45,9 +46,10 @@ class LearnedCoverage:
         here, period_s = np.array((me.x_m, me.y_m)), me.period_s
         others = [message for message, _ in self._near.known(me.now_s).values()]
         places = np.array([here, *(each[:2] for each in others)])
-        own = np.linalg.norm(self.points[:, None] - places, axis=2).argmin(axis=1) == 0
-        mass = np.append(self._basis[own] @ self.a, 1e-9)  # and next to none of its own place, for an empty cell
-        wish = self._gain * (mass @ np.vstack((self.points[own], here)) / mass.sum() - here)
+        shares = self._shares.of(places)  # by the shortest ways: towards their first parts, if they lead round corners
+        own = shares.owners == 0
+        mass = np.append(self._basis[own] @ self.a * shares.stretch[own], 1e-9)  # and its own place, if it has nothing
+        wish = self._gain * (mass @ np.vstack((shares.leads[own], here)) / mass.sum() - here)
         known = self.basis(here[None])[0]
         self._big += period_s * (np.outer(known, known) - FORGET_1PS * self._big)
         self._small += period_s * (me.importance * known - FORGET_1PS * self._small)

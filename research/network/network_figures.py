@@ -9,22 +9,35 @@ import numpy as np
 from touchline.coordination.lloyd import square_cost
 from touchline.services.planner.plots.style import INK, plan_style, save
 from touchline_research.network.moving_picture import TOUCHING, moving_picture
-from touchline_research.network.team_trials import BEARING, FREE, OURS, TeamRecord
+from touchline_research.network.team_trials import BEARING, FREE, OURS, TeamRecord, TeamRules
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DPI = 100
+COMPARED: Final = (
+    ("straight velocities", "none"),
+    ("ORCA, by radio", "none"),
+    ("ORCA, by radio", "plans"),
+    ("goals", "plans"),
+)
+"""Wishes, and what keeps apart, of the panels of the animation."""
 COLOURS: Final = {BEARING: "#d9480f", FREE: "#e8a33d", OURS: "#1769aa"}
 
 
-def save_team_pictures(records: Sequence[TeamRecord], folder: Path) -> list[Path]:
-    """Write all pictures of runs of task deploy to `folder`; returns the files.
+def save_team_pictures(records: Sequence[TeamRecord], folder: Path, compared: Sequence[TeamRecord] = ()) -> list[Path]:
+    """Write all pictures to a folder; returns the files.
+
+    Args:
+        records: Runs of task deploy.
+        folder: The folder.
+        compared: Runs of algorithms.
 
     Raises:
         OSError: A file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    more = _compared_picture(compared, folder)
     least = min(record.trial.robots for record in records)
     first = [record for record in records if record.trial.robots == least and record.trial.seed == 1]
     paths, costs, moving = (folder / f"network-{name}" for name in ("ways.png", "cost.png", "moving.svg"))
@@ -33,7 +46,27 @@ def save_team_pictures(records: Sequence[TeamRecord], folder: Path) -> list[Path
         plot_costs(records, costs)
     pair = [record for record in first if record.trial.rules != FREE]
     moving.write_text(moving_picture(pair), encoding="utf-8")
-    return [paths, costs, moving]
+    return [paths, costs, moving, *more]
+
+
+def _compared_picture(records: Sequence[TeamRecord], folder: Path) -> list[Path]:
+    """Write the animation of some algorithms that change places from the same starts."""
+    shown = [
+        next((each for each in records if each.trial.rules[:2] == panel and each.trial.seed == 1), None)
+        for panel in COMPARED
+    ]
+    found = [each._replace(trial=each.trial._replace(rules=_named(each))) for each in shown if each is not None]
+    if not found:
+        return []
+    path = folder / "network-algorithms.svg"
+    path.write_text(moving_picture(found), encoding="utf-8")
+    return [path]
+
+
+def _named(record: TeamRecord) -> TeamRules:
+    """Rules whose name says what keeps robots apart, too."""
+    rules = record.trial.rules
+    return rules._replace(name=f"{rules.name}; {rules.avoid}")
 
 
 def plot_paths(records: Sequence[TeamRecord], path: Path) -> None:

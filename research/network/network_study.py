@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
+from touchline_research.network.algorithms import algorithm_tables, algorithm_trials
 from touchline_research.network.deployments import deployment_table
 from touchline_research.network.swaps import swap_table
 from touchline_research.network.team_trials import (
@@ -32,6 +33,8 @@ class TeamCounts(NamedTuple):
         seeds: Number of seeds of each team.
         paths: Number of Dubins paths for the speed laws.
         deploy_s: Sim time of each run of a team that spreads.
+        compared: Size of the team by which algorithms are compared.
+        compared_share: Share of the time of those runs.
     """
 
     deployed: tuple[int, ...] = (10, 20, 50)
@@ -39,18 +42,21 @@ class TeamCounts(NamedTuple):
     seeds: int = 3
     paths: int = 800
     deploy_s: float = DEPLOY_S
+    compared: int = 10
+    compared_share: float = 1.0
 
 
 FULL: Final = TeamCounts()
-QUICK: Final = TeamCounts((10,), (4,), 1, 80, 40.0)
+QUICK: Final = TeamCounts((10,), (4,), 1, 80, 40.0, 4, 0.3)
 
 
 @dataclass(frozen=True)
 class NetworkStudy:
-    """Results: all tables, and the runs of teams that spread, for pictures."""
+    """Results: all tables, and for pictures the runs of teams that spread, and of algorithms that are compared."""
 
     tables: tuple[TargetTable, ...]
     deployed: tuple[TeamRecord, ...]
+    compared: tuple[TeamRecord, ...] = ()
 
 
 def run_network_study(counts: TeamCounts = FULL, progress: Progress = lambda what, done: None) -> NetworkStudy:
@@ -67,15 +73,18 @@ def run_network_study(counts: TeamCounts = FULL, progress: Progress = lambda wha
     speeds = dubins_speeds(counts.paths)
     deploy = trials_of(counts.deployed, (BEARING, FREE, OURS), counts.seeds, "deploy", counts.deploy_s)
     swap = trials_of(counts.swapped, (BEARING, OURS), counts.seeds, "swap", SWAP_S)
-    whole, done = sum(map(_work, deploy + swap)), 0.0
+    compare = algorithm_trials(counts.compared, counts.seeds, counts.compared_share)
+    whole, done = sum(map(_work, deploy + swap + compare)), 0.0
 
     def begins(trial: TeamTrial) -> None:
         nonlocal done
-        progress(f"{trial.robots} robots {trial.task}, {trial.rules.name}, seed {trial.seed}", done / whole)
+        rules = trial.rules
+        progress(f"{trial.robots} robots {trial.task}, {rules.name}, {rules.avoid}, seed {trial.seed}", done / whole)
         done += _work(trial)
 
-    deployed, swapped = run_trials(deploy, begins), run_trials(swap, begins)
-    return NetworkStudy((deployment_table(deployed), swap_table(swapped), speeds), tuple(deployed))
+    deployed, swapped, compared = (run_trials(trials, begins) for trials in (deploy, swap, compare))
+    tables = deployment_table(deployed), swap_table(swapped), speeds, *algorithm_tables(compared)
+    return NetworkStudy(tables, tuple(deployed), tuple(compared))
 
 
 def _work(trial: TeamTrial) -> float:

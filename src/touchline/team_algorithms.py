@@ -18,6 +18,10 @@ _INTERFACE = dict.fromkeys(
     ),
     "touchline.coordination.algorithms.team_algorithm",
 )
-_PUBLIC = {**_INTERFACE, "Neighbours": "touchline.coordination.algorithms.neighbours"}
+_PUBLIC = {
+    **_INTERFACE,
+    "Neighbours": "touchline.coordination.algorithms.neighbours",
+    "PointShares": "touchline.coordination.point_shares",
+}
 __all__ = sorted(_PUBLIC)  # noqa: PLE0605 - of the table
 __getattr__, __dir__ = lazy_names(__name__, _PUBLIC)

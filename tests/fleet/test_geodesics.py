@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from touchline.coordination.free_area import FreeArea
-from touchline.coordination.plans.geodesics import Geodesics
+from touchline.coordination.geodesics import Geodesics
 
 WALL_M = 0.2
 ROOM = FreeArea.of([(0, 0), (6, 0), (6, 6), (0, 6)], [[(2.8, 0), (3.2, 0), (3.2, 4.5), (2.8, 4.5)]])

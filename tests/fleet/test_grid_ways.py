@@ -75,16 +75,16 @@ def test_moves_are_valid_or_there_are_none(problem: tuple[AgentGrid, Ints, Ints]
 
 
 def _drive(order: ActionOrder, goals: Ints) -> None:
-    """Robots move one at a time, in any order, but those of a circle together: nobody meets, and all arrive."""
+    """Robots move in any order, each with those before it: nobody meets, and all arrive."""
     rng, n = np.random.default_rng(1), len(order.routes)
     reached, ends = np.zeros(n, dtype=np.int64), np.array([len(route) - 1 for route in order.routes])
     while (reached < ends).any():
-        free = [who for who in range(n) if order.horizon(who, reached) > reached[who]]
-        assert free, "all wait for each other"
-        moving, before = [int(rng.choice(free))], reached.copy()
+        free = np.flatnonzero(np.array(order.horizons(reached)) > reached)
+        assert len(free), "all wait for each other"
+        moving, may = [int(rng.choice(free))], set(free.tolist())
         while moving:
             who = moving.pop()
-            assert order.horizon(who, before) > before[who], "it is not its turn, and another enters its cell"
+            assert who in may, "it is not its turn, and another enters its cell"
             reached[who] += 1
             cell = order.routes[who][reached[who]]
             moving += [each for each in range(n) if each != who and order.routes[each][reached[each]] == cell]
@@ -108,12 +108,19 @@ def test_that_no_moves_exist_is_proved() -> None:
         solve(board_of(corridor, np.array([0, 1], dtype=np.int32)), np.array([1, 1], dtype=np.int32))
 
 
-def test_a_robot_waits_for_the_one_before_it_and_a_circle_begins_together() -> None:
+def test_a_robot_waits_for_the_one_before_it_and_rows_and_circles_begin_together() -> None:
     row = ActionOrder(np.array([(0, 1), (1, 2)], dtype=np.int32))
-    assert row.horizon(0, np.array([0, 0])) == 0
-    assert row.horizon(0, np.array([0, 1])) == 1
+    assert row.horizons(np.array([0, 0])) == [1, 1]
     circle = ActionOrder(np.array([(0, 1, 2, 3), (1, 2, 3, 0)], dtype=np.int32))
-    assert [circle.horizon(who, np.zeros(4, dtype=np.int64)) for who in range(4)] == [1, 1, 1, 1]
+    assert circle.horizons(np.zeros(4, dtype=np.int64)) == [1, 1, 1, 1]
+    late = ActionOrder(np.array([(0, 5), (0, 1), (0, 2), (1, 2)], dtype=np.int32))
+    assert late.horizons(np.array([0, 0])) == [0, 2]
+    assert late.horizons(np.array([0, 1])) == [1, 2]
+
+
+def test_a_way_there_and_back_to_let_another_pass_is_not_left_out() -> None:
+    aside = ActionOrder(np.array([(1,), (2,), (1,), (0,)], dtype=np.int32))
+    assert [aside.horizons(np.array([place])) for place in range(4)] == [[1], [3], [3], [3]]
 
 
 def test_a_crowded_room_is_left_by_one_door() -> None:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from tests.fleet.test_committed_plans import LIMITS, PERIOD_S, ROUNDING_M
 from touchline.coordination.algorithms.team_algorithm import GoalWish
 from touchline.coordination.free_area import FreeArea
+from touchline.coordination.geodesics import Geodesics
 from touchline.coordination.plans import move_order
 from touchline.coordination.plans.committed_plans import CommittedPlans
-from touchline.coordination.plans.geodesics import Geodesics
 from touchline.coordination.plans.leases import Lease
 from touchline.coordination.plans.move_map import CLEARER_M, MoveMap, move_map_of
 from touchline.coordination.plans.move_order import Move, MoveOrder
@@ -108,6 +108,12 @@ def test_who_is_second_before_a_mouth_waits_and_only_for_its_own_direction() -> 
 def test_who_is_alone_takes_the_shortest_way() -> None:
     [leg] = legs_of(hall(1.2), [1 + 4j], [9 + 4j])
     assert leg.manner is Manner.FREE
+
+
+def test_a_goal_in_a_passage_is_driven_at_once_it_is_seen() -> None:
+    legs = legs_of(hall(1.2, 4.0), [3.5 + 2.2j, 6.5 + 2.4j], [5.0 + 2.5j, 9.0 + 2.5j])
+    assert (legs[0].manner, legs[0].aim) == (Manner.FREE, 5.0 + 2.5j)
+    assert legs[1].manner is Manner.LANE
 
 
 def through(area: FreeArea, starts: Floats, goals: Floats) -> float:

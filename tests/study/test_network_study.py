@@ -25,8 +25,10 @@ SVG = "{http://www.w3.org/2000/svg}"
 @pytest.fixture(scope="module")
 def study() -> NetworkStudy:
     said: dict[str, float] = {}
-    result = run_network_study(TeamCounts((10,), (4,), 1, 40, 18.0), lambda what, done: said.update({what: done}))
-    assert len(said) == 1 + len(result.deployed) + 2
+    result = run_network_study(
+        TeamCounts((10,), (4,), 1, 40, 18.0, 4, 0.1), lambda what, done: said.update({what: done})
+    )
+    assert len(said) == 1 + len(result.deployed) + 2 + len(result.compared)
     assert all(before <= after < 1.0 for before, after in pairwise(said.values()))
     return result
 
@@ -92,7 +94,7 @@ def test_a_missed_row_makes_the_exit_code(
     monkeypatch.setattr(deployments, "OF_POINTS", 1.015 if met else 0.9)
     table = deployment_table(study.deployed)
     monkeypatch.setattr(network_study, "run_network_study", run)
-    study = NetworkStudy((table,), study.deployed)
+    study = NetworkStudy((table,), study.deployed, study.compared)
     out, plots = tmp_path / "tables", tmp_path / "plots"
     told = ["study", "network", "--json", "--seeds", "2", "--out", str(out)]
     result = CliRunner().invoke(app, [*told, "--plots", str(plots)] if met else told)
@@ -100,7 +102,7 @@ def test_a_missed_row_makes_the_exit_code(
     assert asked[0].seeds == 2 and asked[0].deployed == (10, 20, 50)
     assert [each["met"] for each in json.loads(result.stdout)[0]["rows"]] == [True, None, met]
     assert (out / "network-study.md").read_text().startswith("## Spreading")
-    pictures = ["network-cost.png", "network-moving.svg", "network-ways.png"]
+    pictures = ["network-algorithms.svg", "network-cost.png", "network-moving.svg", "network-ways.png"]
     assert sorted(path.name for path in plots.glob("*")) == (pictures if met else [])
 
 

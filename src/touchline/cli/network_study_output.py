@@ -17,5 +17,9 @@ def network_study(seeds: int, places: StudyPlaces, *, quick: bool, as_json: bool
         with without_collecting():
             study = run_network_study(counts, lambda what, done: advance(done, what))
     deliver_study(
-        study.tables, lambda folder: save_team_pictures(study.deployed, folder), places, STEM, as_json=as_json
+        study.tables,
+        lambda folder: save_team_pictures(study.deployed, folder, study.compared),
+        places,
+        STEM,
+        as_json=as_json,
     )

@@ -78,15 +78,26 @@ class BodyContacts:
     def _look_at_pairs(self, places: Floats) -> set[int]:
         if not len(self._first):
             return set()
-        between = places[:, self._first] - places[:, self._second]
+        near = self._near(places)
+        first, second = self._first[near], self._second[near]
+        between = places[:, first] - places[:, second]
         apart_m = np.hypot(between[..., 0], between[..., 1])
         self.closest_m = float(np.fmin.reduce(apart_m, axis=None, initial=self.closest_m))
         touching = apart_m < 2.0 * self._radius_m
-        new = touching & ~np.vstack((self._touching[None], touching[:-1]))
-        self._touching = touching[-1]
-        found = [(int(self._first[pair]), int(self._second[pair])) for pair in np.flatnonzero(new) % len(self._first)]
+        new = touching & ~np.vstack((self._touching[None, near], touching[:-1]))
+        self._touching[:] = False
+        self._touching[near] = touching[-1]
+        found = [(int(first[pair]), int(second[pair])) for pair in (np.flatnonzero(new) % max(len(near), 1)).tolist()]
         self.pairs += found
         return {robot for pair in found for robot in pair}
+
+    def _near(self, places: Floats) -> NDArray[np.int64]:
+        """Return the numbers of the pairs that may come to touch, or nearer than any before."""
+        steps = np.diff(places, axis=0)
+        reach_m = np.hypot(steps[..., 0], steps[..., 1]).sum(axis=0)
+        off_m = np.hypot(*(places[0, self._first] - places[0, self._second]).T)
+        far = off_m - reach_m[self._first] - reach_m[self._second] > max(2.0 * self._radius_m, self.closest_m)
+        return np.flatnonzero(~far)  # NaN is not far
 
 
 def body_radius_m(vehicle: Vehicle) -> float:

@@ -212,7 +212,7 @@ class Coordination:
         if isinstance(spec, DispatchTask):
             given = DispatchedTask(spec, self._team, self._area, places)
         else:
-            given = task_of(spec, self._area, places)
+            given = task_of(spec, self._area, places, settings_of(self._team).wall_radius_m)
         if isinstance(self.task, AlgorithmTask):
             return AlgorithmTask(self._team, self._area, given, self.task.decider)
         return (

@@ -7,9 +7,11 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.coordination.cells import ROBOT_RADIUS_M
+from touchline.coordination.coverage import TeamCoverage, coverage_of
 from touchline.coordination.density import Density, density_of
 from touchline.coordination.free_area import FreeArea
-from touchline.coordination.lloyd import EVEN, deployment, relaxed_targets
+from touchline.coordination.lloyd import EVEN
 from touchline.schemas.errors import SpecError
 from touchline.schemas.team import DeployTask, FormationTask, PlainTaskSpec, SwapTask
 
@@ -36,6 +38,11 @@ class TeamTask(Protocol):
         """φ."""
         ...
 
+    @property
+    def coverage(self) -> TeamCoverage | None:
+        """Rule by which the team spreads; None: it does not."""
+        ...
+
     def goals(self, names: Sequence[str], states: Floats) -> Floats:
         """Return the goal of each robot; to be called once per update.
 
@@ -55,9 +62,16 @@ class Deploy:
     last: Mapping[str, tuple[float, float]] = MappingProxyType({})
     ends_on_arrival = False
 
-    def __init__(self, area: FreeArea, density: Density = EVEN) -> None:
-        """Spread over an area, by a density φ."""
-        self._area, self.density = area, density
+    def __init__(self, area: FreeArea, density: Density = EVEN, wall_m: float = ROBOT_RADIUS_M) -> None:
+        """Spread over an area.
+
+        Args:
+            area: The area.
+            density: φ.
+            wall_m: Distance that robots keep from walls.
+        """
+        self.density = density
+        self.coverage: TeamCoverage = coverage_of(area, density, wall_m)
 
     def goals(self, names: Sequence[str], states: Floats) -> Floats:
         """Return goals, as of `TeamTask`.
@@ -65,16 +79,7 @@ class Deploy:
         Raises:
             CoincidentPoints: Two robots are at the same place.
         """
-        places = np.ascontiguousarray(states[:, :2])
-        return relaxed_targets(places, self.centroids(places))
-
-    def centroids(self, places: Floats) -> Floats:
-        """Return (n, 2) centroids of the Voronoi cells of places (n, 2), both m, map frame.
-
-        Raises:
-            CoincidentPoints: Two robots are at the same place.
-        """
-        return deployment(places, self._area, self.density).centroids
+        return self.coverage.goals(np.ascontiguousarray(states[:, :2]))
 
 
 class GoalLists:
@@ -82,6 +87,7 @@ class GoalLists:
 
     ends_on_arrival = True
     density = EVEN
+    coverage = None
 
     def __init__(self, goals: Mapping[str, Sequence[tuple[float, float]]]) -> None:
         """Set the goals (m, map frame) of each robot by its name."""
@@ -150,19 +156,22 @@ def _formation(spec: FormationTask, count: int) -> Floats:
     return turned
 
 
-def task_of(spec: PlainTaskSpec, area: FreeArea, places: Mapping[str, tuple[float, float]]) -> TeamTask:
+def task_of(
+    spec: PlainTaskSpec, area: FreeArea, places: Mapping[str, tuple[float, float]], wall_m: float = ROBOT_RADIUS_M
+) -> TeamTask:
     """Return the task of a specification.
 
     Args:
         spec: The specification.
         area: The area.
         places: Place of each robot, by its name (m, map frame).
+        wall_m: Distance that robots keep from walls.
 
     Raises:
         SpecError: It names an unknown robot.
     """
     if isinstance(spec, DeployTask):
-        return Deploy(area, density_of(spec.importance))
+        return Deploy(area, density_of(spec.importance), wall_m)
     if isinstance(spec, SwapTask):
         return swap(places)
     if isinstance(spec, FormationTask):

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from touchline.coordination.coordination import Coordination
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.guidance_messages import header_at
-from touchline.coordination.lloyd import EVEN, deployment, square_cost
+from touchline.coordination.lloyd import EVEN, square_cost
 from touchline.schemas.messages import TeamCells, TeamStatus
 
 
@@ -40,8 +40,9 @@ def team_status(coordination: Coordination, area: FreeArea) -> TeamStatus:
         waits = coordination.waits_for
         return TeamStatus(problem=f"waiting for {', '.join(waits[:5])}{' …' * (len(waits) > 5)}" if waits else "")
     places, outside_m = hub.places, max(hub.outside_m.values(), default=-math.inf)
-    even = not task.ends_on_arrival and task.density == EVEN
-    cost = deployment(places, area).cost / square_cost(len(places), area.area_m2) if even else math.nan
+    cost = math.nan
+    if task.coverage is not None and task.density == EVEN:
+        cost = task.coverage.deployment(places).cost / square_cost(len(places), area.area_m2)
     return TeamStatus(
         arrived=len(coordination.arrived()),
         stuck=len(hub.stuck),

@@ -14,6 +14,7 @@ from touchline.coordination.algorithms.deciders import CentralDecider, Decider, 
 from touchline.coordination.algorithms.peer_radio import PeerRadio
 from touchline.coordination.algorithms.team_algorithm import GoalWish, Hold, Me, PathWish, Team, Wish
 from touchline.coordination.algorithms.wish_geometry import aim_of, velocity_of
+from touchline.coordination.coverage import TeamCoverage
 from touchline.coordination.density import Density
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.tasks import TeamTask
@@ -60,6 +61,11 @@ class AlgorithmTask:
     def density(self) -> Density:
         """φ of the given task, as of `TeamTask`."""
         return self.given.density
+
+    @property
+    def coverage(self) -> TeamCoverage | None:
+        """Rule of the given task, as of `TeamTask`."""
+        return self.given.coverage
 
     def wishes(self, names: Sequence[str], states: Floats) -> dict[str, Wish]:
         """Return the wish of each robot; to be called once per update.

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.coordination.free_area import FreeArea
-from touchline.coordination.plans.geodesics import Geodesics
+from touchline.coordination.geodesics import Geodesics
 
 Floats = NDArray[np.float64]
 

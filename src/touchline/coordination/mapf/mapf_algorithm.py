@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.coordination.algorithms.team_algorithm import HOLD, GoalWish, Me, PathWish, Team, Wish
+from touchline.coordination.algorithms.team_algorithm import HOLD, Me, PathWish, Team, Wish
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.mapf.action_order import ActionOrder
 from touchline.coordination.mapf.grid_map import AgentGrid
@@ -23,7 +23,7 @@ Ints = NDArray[np.int32]
 _CELL_R: Final = 2.0 * math.sqrt(2.0)
 """Least side of a cell in clearance radii: of two discs one passes a corner while the other leaves the cell beyond."""
 _ROOM_M: Final = 0.02
-_REACHED: Final = 0.3
+_REACHED: Final = 1.0 / 3.0
 """Distance from a cell's middle, in cells, at which a robot counts as being there."""
 
 
@@ -32,6 +32,9 @@ class GridWays:
 
     The area is laid out in square cells; robots without a goal stay in theirs. On the way a robot is sent as far as
     nobody has to pass before it; at its last cell it drives to the goal itself.
+
+    Attributes:
+        order: The order of their moves; None before the first update.
     """
 
     def __init__(self, cell_m: float = 0.0, refine_turns: int = 200) -> None:
@@ -45,7 +48,7 @@ class GridWays:
         self._grid: AgentGrid | None = None
         self._corner = np.zeros(2)
         self._goals: dict[str, tuple[float, float] | None] = {}
-        self._order: ActionOrder | None = None
+        self.order: ActionOrder | None = None
         self._reached = np.zeros(0, dtype=np.int64)
 
     def decide(self, now: Team) -> Mapping[str, Wish]:
@@ -57,11 +60,12 @@ class GridWays:
         """
         robots = list(now.robots.values())
         goals = {me.name: me.goal_m for me in robots}
-        if self._order is None or goals != self._goals:
-            self._order = self._planned(robots)
+        if self.order is None or goals != self._goals:
+            self.order = self._planned(robots)
             self._reached, self._goals = np.zeros(len(robots), dtype=np.int64), goals
-        self._advance(self._order, robots)
-        return {me.name: self._wish(self._order, who, me) for who, me in enumerate(robots)}
+        self._advance(self.order, robots)
+        ends = self.order.horizons(self._reached)
+        return {me.name: self._wish(self.order.routes[who], who, ends[who], me) for who, me in enumerate(robots)}
 
     def _planned(self, robots: Sequence[Me]) -> ActionOrder:
         grid = self._laid_out(robots[0].area, robots[0].radius_m)
@@ -121,24 +125,22 @@ class GridWays:
 
     def _advance(self, order: ActionOrder, robots: Sequence[Me]) -> None:
         """Note how far each robot has come along its route: to the middle of a cell, or to its goal."""
-        for who, me in enumerate(robots):
-            ahead = self._ahead(order, who, me)
+        for who, (me, end) in enumerate(zip(robots, order.horizons(self._reached), strict=True)):
+            ahead = self._ahead(order.routes[who], who, end, me)
             near = np.flatnonzero(np.hypot(*(ahead - (me.x_m, me.y_m)).T) <= _REACHED * self._cell_m)
             last = len(order.routes[who]) - 1 - int(self._reached[who])
             self._reached[who] += min(int(near[-1]), last) if len(near) else 0
 
-    def _ahead(self, order: ActionOrder, who: int, me: Me) -> Floats:
-        """Return (p, 2) places to which a robot may drive now, from its cell on, with its goal behind the last (m)."""
+    def _ahead(self, route: Sequence[int], who: int, end: int, me: Me) -> Floats:
+        """Return (p, 2) places of a route to its end now, from a robot's cell on, with its goal behind the last (m)."""
         assert self._grid is not None, "it is laid out"
-        route, place, end = order.routes[who], int(self._reached[who]), order.horizon(who, self._reached)
-        middles = self._middle(self._grid.cells[route[place : end + 1]])
+        middles = self._middle(self._grid.cells[route[int(self._reached[who]) : end + 1]])
         return np.vstack((middles, me.goal_m)) if end == len(route) - 1 and me.goal_m else middles
 
-    def _wish(self, order: ActionOrder, who: int, me: Me) -> Wish:
-        ahead = self._ahead(order, who, me)
-        if int(self._reached[who]) == len(order.routes[who]) - 1:
-            return GoalWish(*me.goal_m) if me.goal_m else HOLD
-        return PathWish([(x, y) for x, y in ahead.tolist()])
+    def _wish(self, route: Sequence[int], who: int, end: int, me: Me) -> Wish:
+        if int(self._reached[who]) == len(route) - 1:
+            return PathWish([me.goal_m]) if me.goal_m else HOLD
+        return PathWish([(x, y) for x, y in self._ahead(route, who, end, me).tolist()])
 
 
 def _without_walls_between(grid: AgentGrid, middles: Floats, free: NDArray[np.bool_], room: Any) -> AgentGrid:

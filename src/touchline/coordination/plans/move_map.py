@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.coordination.plans.geodesics import Geodesics
+from touchline.coordination.geodesics import Geodesics
 from touchline.coordination.plans.next_legs import line_of
 
 if TYPE_CHECKING:

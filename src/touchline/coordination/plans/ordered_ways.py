@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.coordination.plans.geodesics import Geodesics
+from touchline.coordination.geodesics import Geodesics
 from touchline.coordination.plans.move_map import CLEARER_M, MoveMap, move_map_of
 from touchline.coordination.plans.move_order import Move, MoveOrder
 from touchline.coordination.plans.next_legs import Manner, NextLeg, line_of, points_of

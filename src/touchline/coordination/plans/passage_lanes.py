@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.coordination.plans.geodesics import Geodesics
+from touchline.coordination.geodesics import Geodesics
 from touchline.coordination.plans.leases import Lease
 from touchline.coordination.plans.next_legs import Manner, NextLeg, line_of, points_of
 from touchline.coordination.plans.passages import Passage
@@ -195,7 +195,7 @@ class PassageLanes:
         return bool(before_m[who] > 0.0 and (alike & beside).any())
 
     def _next_lane(self, place: complex, goal: complex) -> int:
-        """Return the number of the first lane on the way from a place to a goal; −1: none."""
+        """Return the number of the first lane on the way from a place to a goal; −1: none, or it is seen inside one."""
         import shapely
 
         if not self._lanes:
@@ -207,6 +207,8 @@ class PassageLanes:
         first = int(inside.any(axis=0).argmax())
         number = int(inside[:, first].argmax())
         outside_again = np.flatnonzero(~inside[number, first:])
+        if not len(outside_again) and self._geodesics.sees(place, goal):
+            return -1
         last = first + int(outside_again[0]) if len(outside_again) else len(nodes) - 1
         ends = nodes[[max(first - 1, 0), last]]
         along_m = [self._middles[number].project(shapely.Point(end.real, end.imag)) for end in ends.tolist()]

@@ -16,7 +16,7 @@ import numpy as np
 
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.interventions import Interventions
-from touchline.coordination.tasks import ARRIVED_M, Deploy, TeamTask, task_of
+from touchline.coordination.tasks import ARRIVED_M, TeamTask, task_of
 from touchline.jobs.team.team_guide import BelievedApart, Place, run_over
 from touchline.jobs.team.team_robot import TeamRobot
 from touchline.schemas.errors import CommandRefused, SpecError
@@ -173,8 +173,9 @@ class PathGuide:
     def talk(self, tick: int, awake: Collection[str]) -> bool:
         """Send robots to their next goals, as of `TeamGuide`."""
         if tick % round(100 * self._team.update_s) == 0 and self._task is None and not self.waits_for:
-            assert not isinstance(self._team.task, DispatchTask), "nobody dispatches robots that avoid nobody"
-            self._task, self._begun_tick = task_of(self._team.task, self._area, self._places()), tick
+            team, self._begun_tick = self._team, tick
+            assert not isinstance(team.task, DispatchTask), "nobody dispatches robots that avoid nobody"
+            self._task = task_of(team.task, self._area, self._places(), team.radius_m)
         if self._task is None:
             return False
         self._send_on(awake)
@@ -208,7 +209,7 @@ class PathGuide:
         task, names = self._task, list(self._robots)
         poses = [departures[name].pose if name in departures else _pose(self._robots[name]) for name in names]
         places = np.array([pose[:2] for pose in poses])
-        goals = task.centroids(places) if isinstance(task, Deploy) else task.goals(names, places)
+        goals = task.coverage.deployment(places).centroids if task.coverage else task.goals(names, places)
         return {name: (x, y) for name, (x, y) in zip(names, goals.tolist(), strict=True)}
 
     def _send_off(self, name: str, trajectory: Trajectory) -> None:

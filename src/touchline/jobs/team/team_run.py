@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from touchline.coordination.body_contacts import BodyContacts, body_radius_m
 from touchline.coordination.coordination import LOST_S
 from touchline.coordination.density import Density
-from touchline.coordination.lloyd import deployment
 from touchline.coordination.start_poses import free_area, start_poses
 from touchline.coordination.tasks import ARRIVED_M, TeamTask
 from touchline.jobs.team.hub_guide import HubGuide, TeamListener
@@ -47,7 +46,7 @@ class TeamTrace:
     Attributes:
         times_s: (k,) times of the updates, from the first cells on.
         places: (k, n, 2) places of the robots then (m, map frame).
-        cost: (k,) H of these places, by the task's density or a uniform one (m⁴).
+        cost: (k,) H of these places, by the task's density (m⁴); empty if the team does not spread.
         driven_m: (n,) distance driven by each.
         beyond_walls_s: Robot-seconds in which a body reached beyond a wall.
         contacts: (k,) number so far.
@@ -204,7 +203,8 @@ class TeamRun:
             self._first_tick = self.ticks
         trace.times_s.append((self.ticks - self._first_tick) / 100.0)
         trace.places.append(places)
-        trace.cost.append(deployment(places, self.area, self.density).cost)
+        if (coverage := self.task.coverage) is not None:
+            trace.cost.append(coverage.deployment(places).cost)
         trace.contacts.append(len(self.contacts.pairs))
 
     @property

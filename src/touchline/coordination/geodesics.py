@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -16,13 +17,14 @@ from numpy.typing import NDArray
 from touchline.coordination.free_area import FreeArea
 
 if TYPE_CHECKING:
+    from scipy.sparse import csr_array
     from shapely.geometry.base import BaseGeometry as Shape
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
 
-_PITCH_M: Final = 0.1
+PITCH_M: Final = 0.1
 _ROOM_M: Final = 0.02
 _GRAZED_M: Final = 1e-3
 """Distance beyond that of plans to which a straight way may graze a wall; a clear way keeps as much more than that."""
@@ -37,17 +39,20 @@ class Geodesics:
 
     Attributes:
         rows: (n, 2) column and row of each point of the grid.
+        number: (rows, columns) number of each point; −1: not free.
+        corner: Place of column and row 0, x + iy (m).
+        pitch_m: Distance of neighbours.
     """
 
-    def __init__(self, area: FreeArea, wall_m: float) -> None:
+    def __init__(self, area: FreeArea, wall_m: float, pitch_m: float = PITCH_M) -> None:
         """Lay the grid.
 
         Args:
             area: The area.
             wall_m: Distance that plans keep from walls.
+            pitch_m: Distance of neighbours on the grid.
         """
         import shapely
-        from scipy.sparse import csr_array
 
         room = area.shape.buffer(-(wall_m + _ROOM_M))
         self._sight = area.shape.buffer(-(wall_m - _GRAZED_M))
@@ -55,21 +60,32 @@ class Geodesics:
         shapely.prepare(self._sight)
         shapely.prepare(self._clear)
         low, high = area.hull.min(axis=0), area.hull.max(axis=0)
-        across, up = (math.floor(n) + 1 for n in (high - low) / _PITCH_M)
+        self.corner, self.pitch_m = complex(*low), pitch_m
+        across, up = (math.floor(n) + 1 for n in (high - low) / pitch_m)
         column, row = (grid.ravel() for grid in np.meshgrid(np.arange(across), np.arange(up)))
-        at = low + _PITCH_M * np.column_stack((column, row))
+        at = low + pitch_m * np.column_stack((column, row))
         free = shapely.contains_xy(room, at)
-        self._nodes: Floats = at[free]
+        self._room, self._nodes = room, at[free]
         self.rows: Ints = np.column_stack((column, row))[free]
         number: Ints = np.full(across * up, -1, dtype=np.int64)
         number[free] = np.arange(int(free.sum()))
-        edges = [_edges(number, column, row, step, (across, up)) for step in _STEPS]
+        self.number: Ints = number.reshape(up, across)
+        self._fields: dict[int, tuple[Floats, Ints]] = {}
+
+    @cached_property
+    def _graph(self) -> csr_array:
+        """Lengths (m) of the straight ways between neighbours that keep clear of walls."""
+        import shapely
+        from scipy.sparse import csr_array
+
+        up, across = self.number.shape
+        column, row = (grid.ravel() for grid in np.meshgrid(np.arange(across), np.arange(up)))
+        edges = [_edges(self.number.ravel(), column, row, step, (across, up)) for step in _STEPS]
         starts, ends = (np.concatenate(side) for side in zip(*edges, strict=True))
-        clear = shapely.covers(room, shapely.linestrings(np.stack((self._nodes[starts], self._nodes[ends]), 1)))
+        clear = shapely.covers(self._room, shapely.linestrings(np.stack((self._nodes[starts], self._nodes[ends]), 1)))
         starts, ends = starts[clear], ends[clear]
         lengths = np.hypot(*(self._nodes[starts] - self._nodes[ends]).T)
-        self._graph = csr_array((lengths, (starts, ends)), shape=(len(self._nodes), len(self._nodes)))
-        self._fields: dict[int, tuple[Floats, Ints]] = {}
+        return csr_array((lengths, (starts, ends)), shape=(len(self._nodes), len(self._nodes)))
 
     def way(self, place: complex, goal: complex) -> tuple[complex, float]:
         """Return the farthest point of the way to a goal that is seen from a place, and the length of the way.
