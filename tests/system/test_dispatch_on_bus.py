@@ -22,7 +22,7 @@ TEAM = {"area": {"outline": [(0, 0), (5, 0), (5, 5), (0, 5)]}, "robots": 2}
 REQUESTS = {
     "requests": [
         {"id": "there", "category": "go_to_place", "place": [4, 1], "dwell_s": 1},
-        {"id": "later", "category": "go_to_place", "place": [1, 4], "earliest_start_s": 500},
+        {"id": "later", "category": "go_to_place", "place": [1, 4], "earliest_start_s": 9000},
     ],
     "places": {"door": [4, 4]},
     "docks": {"corner": {"x_m": 0.5, "y_m": 4.5, "power_w": 4000.0}},
@@ -60,7 +60,7 @@ def test_another_process_adds_and_cancels_tasks(bus_config: BusConfig, tmp_path:
     more, log = tmp_path / "more.json", tmp_path / "run.json"
     more.write_text(json.dumps(ADDED))
     ask = ("fleet", "dispatch", "--json")
-    process = start_touchline(*files(tmp_path, 600.0, ends=True), "--bus", "--speed", "8", config=bus_config, log=log)
+    process = start_touchline(*files(tmp_path, 10_000.0, ends=True), "--bus", config=bus_config, log=log)
     try:
         with Bus.open(topics.OPERATOR, replace(bus_config, namespaces=(topics.TEAM_NAMESPACE,))) as bus:
             assert eventually(lambda: begun(bus), 120.0)
