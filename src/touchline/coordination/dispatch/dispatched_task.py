@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.coordination.algorithms.algorithm_task import AlgorithmTask
+from touchline.coordination.coverage import TeamCoverage
 from touchline.coordination.density import Density
 from touchline.coordination.dispatch.dispatcher import TaskDispatcher
 from touchline.coordination.dispatch.route_planning import RobotFigures
@@ -42,6 +43,7 @@ class DispatchedTask:
 
     ends_on_arrival = True
     density: Density = EVEN
+    coverage: TeamCoverage | None = None
 
     def __init__(
         self, spec: DispatchTask, team: TeamScenario, area: FreeArea, places: Mapping[str, tuple[float, float]]
