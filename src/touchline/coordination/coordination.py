@@ -12,7 +12,7 @@ from touchline.coordination.algorithms.algorithm_task import AlgorithmTask, Exte
 from touchline.coordination.body_contacts import body_radius_m
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.hub import Hub, TeamSettings
-from touchline.coordination.plans.plan_hub import PlanHub, PlanSettings
+from touchline.coordination.plans.plan_hub import FollowedPlan, PlanHub, PlanSettings
 from touchline.coordination.plans.team_plan_limits import plan_limits
 from touchline.coordination.tasks import ARRIVED_M, TeamTask, task_of
 from touchline.schemas.errors import SpecError
@@ -170,6 +170,22 @@ class Coordination:
             return PlanHub(self._area, task, states, now_s, plan_settings_of(self._team))
         places = {name: each for name, each in self._first.items() if isinstance(each, Whereabouts)}
         return Hub(self._area, task, places, now_s, settings_of(self._team))
+
+    def resume(self, followed: Mapping[str, FollowedPlan], now_s: float) -> None:
+        """Begin with robots that drive by plans of another coordinator.
+
+        Args:
+            followed: State and plan of each robot of the team, by its name.
+            now_s: Sim time, an update period before the next update.
+
+        Raises:
+            TooNear: Two plans, or one and a wall, are nearer than plans may be.
+            SpecError: The task names an unknown robot.
+        """
+        self._first = {name: each.state for name, each in followed.items()}
+        self.task = self._task_of(self._team.task, _places(self._first))
+        self.hub = PlanHub(self._area, self.task, followed, now_s, plan_settings_of(self._team))
+        self._begun_s = now_s
 
     def set_first_task(self, spec: TaskSpec) -> None:
         """Set the task that begins once all robots are localized."""
