@@ -47,8 +47,6 @@ InTheWay: TypeAlias = Callable[[str, TimedPlan], Iterable[tuple[str, int]]]
 """Returns own claims, by robot and number, that are too near to a plan of another region's robot."""
 
 _NEARLY_S: Final = 1e-6
-_REPEATS: Final = 4
-"""Calls of `letters` in which an answer is sent once more."""
 
 
 class Neighbourhood(NamedTuple):
@@ -106,7 +104,10 @@ class Region:
         own: Robots that it owns, by name.
         foreign: Newest claims of other robots, by name.
         handed_over: Number of robots that it has got from others.
+        repeats: Calls of `letters` in which an answer is sent once more; 0 suits links that lose nothing.
     """
+
+    repeats = 4
 
     def __init__(
         self, name: RegionLife, started_s: float, places: Neighbourhood, robots: Collection[str], in_the_way: InTheWay
@@ -249,7 +250,8 @@ class Region:
         if answer is None:
             return []
         robot = "" if isinstance(answer, AllClaims) else answer.robot
-        self._answers[robot, sender.region] = answer, _REPEATS
+        if self.repeats:
+            self._answers[robot, sender.region] = answer, self.repeats
         return [Letter(self.name, sender.region, answer)]
 
     def _ask_anew(self, region: int) -> None:
