@@ -28,9 +28,12 @@ from touchline.coordination.regions.region_messages import (
     ToRobot,
 )
 from touchline.core import timed_motion as t
+from touchline.jobs.team.team_robot import TeamRobot
 from touchline.onboard.executive.owner_fence import OwnerFence
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import PlanState
+from touchline.schemas.scenario import Pose2
+from touchline.schemas.team import TeamScenario
 
 LIMITS: Final = PlanLimits(
     speed_max_mps=0.5,
@@ -47,6 +50,8 @@ LIMITS: Final = PlanLimits(
 PERIOD_S: Final = LIMITS.update_steps * t.STEP_S
 AREA_OF_ONE_M2: Final = 2.5
 _PASSES: Final = 4
+_ALIGNED_TICKS: Final = 400
+_TEAM: Final = TeamScenario(avoid="plans")
 _THERE_M: Final = 0.3
 _NUMBERS_BYTES: Final = 32
 """Numbers and name in a message between regions."""
@@ -75,6 +80,32 @@ class LightRobot:
         return OwnedState(self.name, stamp_s, self.owner, self.fence.epoch, self.adopted, self.decided, self.plan)
 
 
+class EmulatedRobot(LightRobot):
+    """The same with an emulated robot that follows the plan: a `turtlebot2` with noise, slip and motor lag."""
+
+    def __init__(self, name: str, x_m: float, y_m: float, heading_rad: float) -> None:
+        super().__init__(name, x_m, y_m, heading_rad)
+        start = Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad)
+        self._robot = TeamRobot(_TEAM.setup(name, start), hashed=False)
+        self._robot.begin_guided(plans=True)
+        self.way = np.zeros((_ALIGNED_TICKS, 2))
+        self._robot.drive(_ALIGNED_TICKS, self.way)
+        state = self._robot.emulator.onboard.plan_state
+        assert state is not None
+        assert state.aligned, name
+
+    def receive(self, order: ToRobot, now_s: float) -> None:
+        before = self.adopted
+        super().receive(order, now_s)
+        if isinstance(order, PlanOrder) and self.adopted != before:
+            self._robot.take_guidance(order.guidance)
+
+    def drive(self) -> None:
+        """Drive for a period; `way` has the true places then."""
+        self.way = self.way[: round(100 * PERIOD_S)]
+        self._robot.drive(len(self.way), self.way)
+
+
 @dataclass
 class Figures:
     """Measurements.
@@ -85,7 +116,9 @@ class Figures:
         letters_s: Time for messages and their answers, all regions.
         messages: Number by kind.
         sizes: Bytes by kind.
-        closest_m: Least distance of two centres.
+        driving_s: Time of emulation.
+        closest_m: Least distance of two centres, by plans.
+        truly_closest_m: The same of emulated robots.
         driven_m: By all robots.
         arrivals: At goals.
     """
@@ -95,7 +128,9 @@ class Figures:
     letters_s: float = 0.0
     messages: Counter[str] = field(default_factory=Counter)
     sizes: Counter[str] = field(default_factory=Counter)
+    driving_s: float = 0.0
     closest_m: float = math.inf
+    truly_closest_m: float = math.inf
     driven_m: float = 0.0
     arrivals: int = 0
 
@@ -103,7 +138,7 @@ class Figures:
 class RegionTeam:
     """Robots on a square, each to one goal after another anywhere in it."""
 
-    def __init__(self, robots: int, columns: int, rows: int, seed: int = 0) -> None:
+    def __init__(self, robots: int, columns: int, rows: int, seed: int = 0, *, emulated: bool = False) -> None:
         self._rng = np.random.default_rng(seed)
         self.side_m = math.sqrt(AREA_OF_ONE_M2 * robots)
         corners = [(0.0, 0.0), (self.side_m, 0.0), (self.side_m, self.side_m), (0.0, self.side_m)]
@@ -114,14 +149,15 @@ class RegionTeam:
         places = [(x, y) for y in at.tolist() for x in at.tolist()][:robots]
         headings = self._rng.uniform(-math.pi, math.pi, robots).tolist()
         names = [f"tb{number}" for number in range(robots)]
-        self.robots = {n: LightRobot(n, *place, h) for n, place, h in zip(names, places, headings, strict=True)}
+        make = EmulatedRobot if emulated else LightRobot
+        self.robots = {n: make(n, *place, h) for n, place, h in zip(names, places, headings, strict=True)}
         self._goals = {name: self._goal() for name in names}
         self._before = np.array(places)
         area = FreeArea.of(corners)
         self.hubs = [RegionHub(RegionLife(n, 1), -1.0, borders, area, names, LIMITS) for n in range(borders.count)]
         for hub in self.hubs:
             hub.region.repeats = 0
-        self.now_s, self.figures = 0.0, Figures()
+        self.now_s, self.figures = _ALIGNED_TICKS / 100.0 if emulated else 0.0, Figures()
 
     def _goal(self) -> tuple[float, float]:
         x, y = self._rng.uniform(0.4, self.side_m - 0.4, 2).tolist()
@@ -131,10 +167,10 @@ class RegionTeam:
         """Let a period pass."""
         self._look()
         for hub in self.hubs:
-            begin = time.perf_counter()
+            begin = time.process_time()
             hub.update(self.now_s, self._goals)
-            self.figures.planning_s.append(time.perf_counter() - begin)
-        begin = time.perf_counter()
+            self.figures.planning_s.append(time.process_time() - begin)
+        begin = time.process_time()
         self._report(self.robots, 0)
         for number in range(1, _PASSES + 1):
             self._exchange()
@@ -143,9 +179,22 @@ class RegionTeam:
                 self._count("order", _PLAN_BYTES * isinstance(order, PlanOrder) + _NUMBERS_BYTES)
                 self.robots[order.robot].receive(order, self.now_s)
             self._report({order.robot: None for order in orders}, number)  # each once
-        self.figures.letters_s += time.perf_counter() - begin
+        self.figures.letters_s += time.process_time() - begin
+        self._drive()
         self.figures.updates += 1
         self.now_s = round(self.now_s + PERIOD_S, 6)
+
+    def _drive(self) -> None:
+        """Drive emulated robots, if they are."""
+        emulated = [robot for robot in self.robots.values() if isinstance(robot, EmulatedRobot)]
+        begin = time.process_time()
+        for robot in emulated:
+            robot.drive()
+        self.figures.driving_s += time.process_time() - begin
+        for tick in range(0, round(100 * PERIOD_S), 10) if emulated else ():
+            places = np.array([robot.way[tick] for robot in emulated])
+            nearest_m = float(cKDTree(places).query(places, k=2)[0][:, 1].min())
+            self.figures.truly_closest_m = min(self.figures.truly_closest_m, nearest_m)
 
     def _look(self) -> None:
         """Look where all robots are over the next period, and give new goals to those that have arrived."""

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.coordination.plans.plan_kernels import PlanLimits
 from touchline.core import timed_motion as t
-
-Floats = NDArray[np.float64]
 
 SLACK_M: Final = 0.1
 """Distance that a region's plans may lead beyond its border, more than a plan reaches."""
@@ -43,6 +41,10 @@ class RegionBorders:
     ys_m: tuple[float, ...]
     halo_m: float
 
+    @cached_property
+    def _rectangles(self) -> list[tuple[float, float, float, float]]:
+        return [self.rectangle(region) for region in range(self.count)]
+
     @property
     def count(self) -> int:
         """Number of regions."""
@@ -55,14 +57,14 @@ class RegionBorders:
 
     def at(self, x_m: float, y_m: float) -> int:
         """Return the region of a place; outside of the area the nearest one's."""
-        column = int(np.clip(np.searchsorted(self.xs_m, x_m, side="right") - 1, 0, len(self.xs_m) - 2))
-        row = int(np.clip(np.searchsorted(self.ys_m, y_m, side="right") - 1, 0, len(self.ys_m) - 2))
+        column = min(max(bisect_right(self.xs_m, x_m) - 1, 0), len(self.xs_m) - 2)
+        row = min(max(bisect_right(self.ys_m, y_m) - 1, 0), len(self.ys_m) - 2)
         return row * (len(self.xs_m) - 1) + column
 
     def off_m(self, region: int, x_m: float, y_m: float) -> float:
         """Return the distance of a place from a region; 0 within."""
-        left, low, right, high = self.rectangle(region)
-        return float(np.hypot(max(left - x_m, 0.0, x_m - right), max(low - y_m, 0.0, y_m - high)))
+        left, low, right, high = self._rectangles[region]
+        return math.hypot(max(left - x_m, 0.0, x_m - right), max(low - y_m, 0.0, y_m - high))
 
     def near(self, x_m: float, y_m: float) -> frozenset[int]:
         """Return the regions within whose halo a plan begins: of others no plan can come near to it."""

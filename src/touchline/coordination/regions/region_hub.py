@@ -6,6 +6,7 @@ import cmath
 import math
 from collections.abc import Collection, Mapping
 from typing import Final
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ Ints = NDArray[np.int64]
 _STOPS_M: Final = 0.6
 _RIGHT_RAD: Final = math.radians(21.0)
 _FAR_M: Final = 2.0
-_MEETS_M: Final = 4.0
+_MEETS_M: Final = 3.0
 """Distance of others that a wish avoids."""
 _ROUNDING_M: Final = 1e-9
 
@@ -55,6 +56,7 @@ class RegionHub:
             limits: Limits of plans.
         """
         self._borders, self._limits = borders, limits
+        self._found = WeakKeyDictionary[TimedPlan, frozenset[int]]()
         places = Neighbourhood(borders.neighbours(name.region), self._near)
         self.region = Region(name, started_s, places, robots, self._in_the_way)
         self._around = k.AreaBorders(np.vstack((area.sides, self._zone(name.region))), area.walls)
@@ -65,7 +67,10 @@ class RegionHub:
 
     def _near(self, plan: TimedPlan) -> frozenset[int]:
         """Return the regions near which a plan begins."""
-        return self._borders.near(float(plan.samples[0, t.X]), float(plan.samples[0, t.Y]))
+        if (found := self._found.get(plan)) is None:
+            x_m, y_m = plan.samples[0, : t.HEADING].tolist()
+            found = self._found[plan] = self._borders.near(x_m, y_m)
+        return found
 
     def _zone(self, region: int) -> Floats:
         """Return sides (4, 3), beyond which no plan of the region's leads."""
