@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Final, cast
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from touchline.coordination.free_area import FreeArea
@@ -193,8 +194,7 @@ class RegionTeam:
         self.figures.driving_s += time.process_time() - begin
         for tick in range(0, round(100 * PERIOD_S), 10) if emulated else ():
             places = np.array([robot.way[tick] for robot in emulated])
-            nearest_m = float(cKDTree(places).query(places, k=2)[0][:, 1].min())
-            self.figures.truly_closest_m = min(self.figures.truly_closest_m, nearest_m)
+            self.figures.truly_closest_m = min(self.figures.truly_closest_m, _closest_m(places))
 
     def _look(self) -> None:
         """Look where all robots are over the next period, and give new goals to those that have arrived."""
@@ -205,8 +205,7 @@ class RegionTeam:
                 t.motion_at(robot.plan.samples, self.now_s - late_s - robot.plan.start_s, sample)
                 places[row] = sample[:2]
             if self.figures.updates:
-                closest_m = cKDTree(places).query(places, k=2)[0][:, 1].min()
-                self.figures.closest_m = min(self.figures.closest_m, float(closest_m))
+                self.figures.closest_m = min(self.figures.closest_m, _closest_m(places))
             now = places if late_s == 0.0 else now
         self.figures.driven_m += float(np.hypot(*(now - self._before).T).sum())
         self._before = now
@@ -237,7 +236,12 @@ class RegionTeam:
         self.figures.sizes[kind] += size
 
 
-_PLAN_BYTES: Final = 8 * t.COLUMNS * samples_of(LIMITS)
+def _closest_m(places: NDArray[np.float64]) -> float:
+    """Return the least distance of two of some places (n, 2)."""
+    return float(np.asarray(cKDTree(places).query(places, k=2)[0])[:, 1].min())
+
+
+_PLAN_BYTES: Final = 8 * t.COLUMNS * int(samples_of(LIMITS))
 _REPORT_BYTES: Final = len(encode(PlanState()))
 
 
