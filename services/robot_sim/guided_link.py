@@ -47,6 +47,7 @@ class GuidedLink:
         self._strangers: set[bytes] = set()
         self._news: list[OnboardEvent] = []
         self._there, self._look_at_s = True, 0.0
+        self._lost = False
         self._emulator = emulator
         self._step = 0
         self._answered_tick = -1
@@ -71,6 +72,7 @@ class GuidedLink:
         """Take guidance of this session alone from now on."""
         self._publisher = session_publisher(coordinator)
         self._strangers, self._news, self._there, self._look_at_s = set(), [], True, 0.0
+        self._lost = False
         self._inbox.drain()
 
     def set_owner(self, request: SetOwnerRequest) -> SetOwnerResponse:
@@ -137,11 +139,12 @@ class GuidedLink:
 
     def _look_for_coordinator(self, now_s: float) -> None:
         """Report once that the coordinator has left; its last guidance ends with its lease, then the robot brakes."""
-        if not self._there or now_s < self._look_at_s:
+        if now_s < self._look_at_s:
             return
         self._look_at_s = now_s + _LOOK_S
-        self._there = self.knows(self._fence.owner)
-        if not self._there:
+        was_there, self._there = self._there, self.knows(self._fence.owner)
+        if was_there and not self._there and not self._lost:
+            self._lost = True
             text = "the coordinator has left the bus: the robot stops and waits; abort, and have it guided anew"
             self._news.append(OnboardEvent(Event.ERROR, "coordinator-lost", text))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -184,7 +185,10 @@ class Coordination:
         """
         self._first = {name: each.state for name, each in followed.items()}
         self.task = self._task_of(self._team.task, _places(self._first))
-        self.hub = PlanHub(self._area, self.task, followed, now_s, plan_settings_of(self._team))
+        settings = plan_settings_of(self._team)
+        # Robots are out of step at first, and may miss a plan: both plans are kept clear until they have reported.
+        settings = replace(settings, certain=settings.certain and settings.avoid == "barriers")
+        self.hub = PlanHub(self._area, self.task, followed, now_s, settings)
         self._begun_s = now_s
 
     def set_first_task(self, spec: TaskSpec) -> None:
