@@ -143,6 +143,7 @@ def system(tmp_path: Path) -> Iterator[System]:
         yield System(stack, tmp_path)
 
 
+@pytest.mark.full
 def test_a_standby_goes_on_when_the_coordinator_is_killed_and_lets_nobody_back(system: System) -> None:
     assert eventually(lambda: system.ready, 120.0), system.said("standby")
     assert eventually(system.begin)
