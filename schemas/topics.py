@@ -241,7 +241,7 @@ FORMER_NAMES = {"paint/marks": PAINT, "cmd/wheels": ACTUATOR_COMMAND}
 RECORDED = tuple(topic for topic in TOPICS if topic.recorded)
 
 #: Names of the processes, as their liveliness tokens and diagnostics carry them.
-PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, OBSERVER, SUPERVISOR, TELEMETRY, REPLAY, COORDINATOR = (
+PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, OBSERVER, SUPERVISOR, TELEMETRY, REPLAY, COORDINATOR, STANDBY = (
     "planner",
     "robot-sim",
     "bridge",
@@ -252,6 +252,7 @@ PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, OBSERVER, SUPERVISOR, TELEMETRY, 
     "telemetry",
     "replay",
     "coordinator",
+    "standby",
 )
 #: The role whose identity a process of a name needs on a secured bus. A replay publishes what its robot did.
 ROLE_OF_NODE = {
@@ -265,6 +266,7 @@ ROLE_OF_NODE = {
     OBSERVER: Role.OBSERVER,
     SUPERVISOR: Role.SUPERVISOR,
     COORDINATOR: Role.COORDINATOR,
+    STANDBY: Role.COORDINATOR,
 }
 #: Of these, some are there wherever there is a robot, or was until it died.
 SERVING = (PLANNER, ROBOT_SIM, BRIDGE)
@@ -329,6 +331,9 @@ TEAM_REQUESTS = Service("fleet/requests", m.TeamTaskRequest, m.TeamTaskResponse,
 TEAM_STOP = Service("fleet/stop", m.CommandRequest, m.CommandResponse, COORDINATOR, urgent=True, callers=_STOPPING)
 TEAM_REMOVE = Service("fleet/remove", m.TeamRobotRequest, m.TeamRobotResponse, COORDINATOR)
 TEAM_ADMIT = Service("fleet/admit", m.TeamRobotRequest, m.TeamRobotResponse, COORDINATOR)
+#: From a coordinator that takes over from another one, to a robot that is guided; as little
+#: among ``SERVICES``.
+SET_OWNER = Service("traversal/set_owner", m.SetOwnerRequest, m.SetOwnerResponse, ROBOT_SIM, callers=_TEAM)
 #: Served by who shares a template among robots, for each of them; as little among ``SERVICES``.
 TAKE_OVER = Service("sharing/take_over", m.CommandRequest, m.CommandResponse, OPERATOR)
 REMOVE = Service("sharing/remove", m.CommandRequest, m.CommandResponse, OPERATOR)

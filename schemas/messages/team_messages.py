@@ -122,7 +122,8 @@ class TeamStatus(Message):
     """Status of a team, as its coordinator believes.
 
     ``arrived`` are within reach of their last goals. ``cost_of_squares`` is how well it is spread, H/H_□: 1 if every
-    robot were amid a square of its own. ``nearest_m`` is the least distance of two stopping segments.
+    robot were amid a square of its own. ``nearest_m`` is the least distance of two stopping segments. ``coordinator``:
+    which coordinator guides the team and since which epoch, once one has taken over from another.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/TeamStatus"
@@ -137,6 +138,7 @@ class TeamStatus(Message):
     nearest_m: float = 0.0
     outside_m: float = 0.0
     problem: str = ""
+    coordinator: str = ""
 
 
 class TeamReport(Message):
@@ -184,6 +186,36 @@ class BeginGuidedResponse(Message):
     ros_type: ClassVar[str] = "touchline_msgs/srv/BeginGuided_Response"
     success: bool = False
     message: str = ""
+
+
+class SetOwnerRequest(Message):
+    """Obey another coordinator from now on: one that takes over from a coordinator which is lost.
+
+    ``coordinator``: the id of its session on the bus; ``epoch``: higher than that of all before. With epoch 0 it only
+    asks who guides the robot.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/SetOwner_Request"
+    request_id: str = ""
+    coordinator: str = ""
+    epoch: UInt32 = 0
+
+
+class SetOwnerResponse(Message):
+    """Whether the robot obeys that coordinator now, and the plan that it follows; or why not.
+
+    By answering it refuses everything of former coordinators. ``coordinator`` and ``epoch`` say who guides it;
+    ``state`` and ``plan``, from ``plan_start_s`` on as in Guidance, what it does, by its own clock.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/SetOwner_Response"
+    success: bool = False
+    message: str = ""
+    coordinator: str = ""
+    epoch: UInt32 = 0
+    state: PlanState = PlanState()
+    plan: Float64Array = zeros(0)
+    plan_start_s: float = 0.0
 
 
 class TeamTaskRequest(Message):

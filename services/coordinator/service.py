@@ -42,13 +42,17 @@ from touchline.services.coordinator.group_call import GroupCall, reasons, start_
 from touchline.services.coordinator.invitations import Invitations
 from touchline.services.coordinator.removals import Removals
 from touchline.services.coordinator.robot_link import RobotLink
+from touchline.services.coordinator.standby import Standby
+from touchline.services.coordinator.succession import Succession
+from touchline.services.coordinator.take_over import TakeOver
 from touchline.services.coordinator.warm_up_team import warm_up_team
 from touchline.supervision.late_compilations import LateCompilations
-from touchline.supervision.shutdown import until_stopped
+from touchline.supervision.shutdown import Stop, until_stopped
 
 _LOG: Final = logging.getLogger(__name__)
 IDLE_S: Final = 0.001
 """Wall-clock time between two polls of the bus."""
+STANDBY_LOOK_S: Final = 0.02
 SILENT_S: Final = 1.0
 """Wall-clock time of silence after which lockstep no longer waits for a robot."""
 _FIRST_S: Final = 30.0
@@ -60,6 +64,7 @@ _LOOK_S: Final = 1.0
 class _Phase(Enum):
     """State of the coordinator."""
 
+    TAKING_OVER = "takes over"
     WAITING = "waits for a task"
     BEGINNING = "is being asked to begin"
     GUIDING = "is guided"
@@ -73,9 +78,12 @@ class TeamService:
         bus: Bus of the team's namespace.
         team: The team.
         lockstep: Whether sim time of the robots waits for the coordinator.
+        takes_over: Whether robots are under way that another coordinator has guided.
     """
 
-    def __init__(self, bus: Bus, team: TeamScenario, area: FreeArea, *, lockstep: bool) -> None:
+    def __init__(
+        self, bus: Bus, team: TeamScenario, area: FreeArea, *, lockstep: bool, takes_over: bool = False
+    ) -> None:
         self._bus, self._team, self._lockstep = bus, team, lockstep
         self._area = area
         self._buses = {name: bus.of(name) for name in team.names}  # and of all others that have been invited
@@ -92,9 +100,11 @@ class TeamService:
         self._reports = bus.publisher(topics.TEAM_REPORT)
         self._setup = bus.publisher(topics.TEAM_SETUP)
         self._setup.send(m.String(data=team.model_dump_json()))
-        self._task, self._problem, self._updates = "", "", 0
+        self._task, self._problem, self._since, self._updates = "", "", "", 0
         self._statistics: TaskStatistics | None = None
-        self._phase = _Phase.WAITING
+        self._phase = _Phase.TAKING_OVER if takes_over else _Phase.WAITING
+        self._taking = TakeOver(self._buses) if takes_over else None
+        self._succession = Succession(bus, self._buses)
         self._removals = Removals(bus, self._coordination, joining=not lockstep)
         self._desk = DispatchDesk(bus, self._coordination)
         self._beginning: GroupCall | None = None
@@ -131,15 +141,44 @@ class TeamService:
             self._invitations.joins(name)
         call.reply(m.TeamTaskResponse(success=True, message=f"the team's task is {self._task}"))
 
+    def _look_at_taking_over(self, now_s: float) -> None:
+        """Guide robots that another coordinator has guided, once all of them obey."""
+        taking = self._taking
+        if taking is None:
+            return
+        if not taking.turn():
+            if taking.none_is_guided:
+                self._taking, self._phase = None, _Phase.WAITING
+            return
+        self._taking, self._phase, self._task = None, _Phase.GUIDING, self._team.task.kind
+        self._since = f"session {self._bus.session_id} since epoch {taking.epoch}, after another was lost"
+        _LOG.info("coordinator: %s", self._since)
+        ticks = {name: round(100 * each.state.stamp_s) for name, each in taking.followed.items()}
+        self._next_tick = (max(ticks.values()) // self._step + 1) * self._step
+        updates = self._exchange.update_ticks
+        first = -(-self._next_tick // updates) * updates
+        self._coordination.resume(taking.followed, (first - updates) / 100.0)
+        self._statistics = TaskStatistics(self._coordination, self._task)
+        for name, link in self._links.items():
+            link.whereabouts, link.heard_at_s = taking.followed[name].state, now_s
+            link.send((), ticks[name])
+            self._invitations.joins(name)
+
     def turn(self) -> bool:
-        """Serve waiting calls, and exchange messages if due; return False if there was nothing to do."""
+        """Serve waiting calls, and exchange messages if due; return False if there was nothing to do.
+
+        Raises:
+            Replaced: Another coordinator has taken over.
+        """
         now_s = time.monotonic()
         for link in self._links.values():
             link.listen(now_s)
         self._serve()
         self._look_at_beginning()
+        self._look_at_taking_over(now_s)
         if self._phase is not _Phase.GUIDING:
             return False
+        self._succession.look(now_s)
         if self._lockstep:
             return self._in_step(now_s)
         self._look_for_robots(now_s)
@@ -220,6 +259,8 @@ class TeamService:
         known: dict[str, str | int] = {"task": self._task, "updates": self._updates, "robots": len(self._links)}
         if self._problem:
             known |= {"problem": self._problem}
+        if self._since:
+            known |= {"coordinator": self._since}
         cells, status = team_messages(self._coordination, self._area, tick, known)
         self._cells.send(cells)
         self._status.send(status)
@@ -262,6 +303,9 @@ class TeamService:
             call.reply(m.TeamTaskResponse(success=False, message=str(error)))
             return
         self._task = spec.kind
+        if spec != self._team.task:
+            self._team = self._team.model_copy(update={"task": spec})
+            self._setup.send(m.String(data=self._team.model_dump_json()))  # for a standby
         if self._phase is _Phase.WAITING:
             self._coordination.set_first_task(spec)
             self._statistics = TaskStatistics(self._coordination, spec.kind)
@@ -332,10 +376,14 @@ class TeamService:
     @property
     def doing(self) -> str:
         """Return the state as text."""
+        if self._taking is not None and self._taking.waits_for:
+            name, reason = next(iter(self._taking.waits_for.items()))
+            return f"{self._phase.value}; waits for {len(self._taking.waits_for)} robots, such as {name}: {reason}"
         if self._phase is not _Phase.GUIDING:
             return str(self._phase.value)
         waits = self._coordination.waits_for
-        return self._problem or (f"waits for {', '.join(waits[:5])}" if waits else self._task)
+        task = f"{self._task}; {self._since}" if self._since else self._task
+        return self._problem or (f"waits for {', '.join(waits[:5])}" if waits else task)
 
 
 def _whereabouts(links: Mapping[str, RobotLink]) -> dict[str, Reported]:
@@ -360,7 +408,12 @@ def parse_task(text: str) -> TaskSpec:
 
 
 def run_service(
-    team: TeamScenario, config: BusConfig | None = None, *, lockstep: bool = False, supervisor: int | None = None
+    team: TeamScenario,
+    config: BusConfig | None = None,
+    *,
+    lockstep: bool = False,
+    standby: bool = False,
+    supervisor: int | None = None,
 ) -> None:
     """Coordinate a team until SIGTERM or SIGINT (or until `supervisor`, the parent process, is gone).
 
@@ -368,26 +421,50 @@ def run_service(
         team: The team; its robots are on the bus, by their names.
         config: Bus configuration; its namespace is the team's.
         lockstep: Whether the emulated robots' sim time waits for the coordinator.
+        standby: Whether to wait until another coordinator is lost, and to take over then.
         supervisor: Process id of the parent, to end with it.
 
     Raises:
         SpecError: The bus configuration, the area, or the team's avoidance, cannot be used.
-        TouchlineError: Another coordinator runs, or a robot cannot be guided.
+        TouchlineError: Another coordinator runs or has taken over, or a robot cannot be guided.
     """
     if team.by_plans and not lockstep:
         raise SpecError("team", "avoid", "needs robots of one clock by plans", "use cells, or start with --lockstep")
+    if standby and not team.by_plans:
+        raise SpecError("team", "avoid", "is cells, which no standby can take over", "use plans")
     config = config or BusConfig.from_environment((topics.TEAM_NAMESPACE,))
-    area = free_area(team)
-    with until_stopped(supervisor) as stop, Bus.open(topics.COORDINATOR, config, lambda: stop.asked) as bus:
-        bus.claim()
+    with until_stopped(supervisor) as stop:
+        if standby:
+            team = _stand_by(team, config, stop)
+        if stop:
+            return
+        area = free_area(team)
+        with Bus.open(topics.COORDINATOR, config, lambda: stop.asked) as bus:
+            bus.claim()
+            health = HealthReporter(bus)
+            health.starting("loading kernels")
+            run_steps([("a team of two", partial(warm_up_team, team, area))], health.starting)
+            service = TeamService(bus, team, area, lockstep=lockstep, takes_over=standby)
+            late = LateCompilations(stop)
+            health.common = late.values
+            late.watch()
+            while not stop:
+                if not service.turn():
+                    time.sleep(IDLE_S)
+                health.poll(service.figures, message=service.doing)
+
+
+def _stand_by(team: TeamScenario, config: BusConfig, stop: Stop) -> TeamScenario:
+    """Wait until the team's coordinator is lost, or this process is to stop; return the team with its remaining task.
+
+    Everything that compiles is compiled before.
+    """
+    with Bus.open(topics.STANDBY, config, lambda: stop.asked) as bus:
         health = HealthReporter(bus)
         health.starting("loading kernels")
-        run_steps([("a team of two", partial(warm_up_team, team, area))], health.starting)
-        service = TeamService(bus, team, area, lockstep=lockstep)
-        late = LateCompilations(stop)
-        health.common = late.values
-        late.watch()
-        while not stop:
-            if not service.turn():
-                time.sleep(IDLE_S)
-            health.poll(service.figures, message=service.doing)
+        run_steps([("a team of two", partial(warm_up_team, team, free_area(team)))], health.starting)
+        watch = Standby(bus, team)
+        while not stop and not watch.turn():
+            health.poll({}, message=watch.doing)
+            time.sleep(STANDBY_LOOK_S)
+        return watch.team

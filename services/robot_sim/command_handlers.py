@@ -83,13 +83,19 @@ class Guiding(NamedTuple):
         knows: Returns True if a session is on the bus as a coordinator; in any thread.
         begun: Called with the session that guides the robot from now on, and the interval at which the robot waits for
             its answer (s).
+        set_owner: Answers a coordinator that takes over from another one.
     """
 
     knows: Callable[[str], bool]
     begun: Callable[[str, float], None]
+    set_owner: Callable[[m.SetOwnerRequest], m.SetOwnerResponse]
 
 
-NOBODY_GUIDES: Final = Guiding(lambda session: False, lambda session, lockstep_s: None)
+NOBODY_GUIDES: Final = Guiding(
+    lambda session: False,
+    lambda session, lockstep_s: None,
+    lambda request: m.SetOwnerResponse(message="the robot is not on a bus"),
+)
 
 
 class Commands:
@@ -130,6 +136,7 @@ class Commands:
         self.handlers: dict[Service[Any, Any], Handler] = {
             topics.SET_SPEED: self.set_speed,
             topics.AUTHORIZE: self.authorize,
+            topics.SET_OWNER: guiding.set_owner,
             topics.INJECT_FAULT: self.inject_fault,
             topics.START: self._plain(emulator.start),
             topics.PAUSE: self.pause,

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from touchline.bus import Bus
 from touchline.bus.attachment import session_publisher
+from touchline.onboard.executive.owner_fence import OwnerFence
 from touchline.onboard.interface import OnboardEvent
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
-from touchline.schemas.messages import Event, Guidance, TrueWay
+from touchline.schemas.messages import Event, Guidance, PlanState, SetOwnerRequest, SetOwnerResponse, TrueWay
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.packing import Payload, header
 from touchline.services.robot_sim.tick_log import TRUTH, Rows
@@ -42,10 +43,11 @@ class GuidedLink:
 
     def __init__(self, bus: Bus, emulator: Emulator) -> None:
         self._bus, self._inbox = bus, bus.inbox([topics.GUIDANCE])
-        self._coordinator, self._publisher = "", b""
+        self._fence, self._publisher = OwnerFence(), b""
         self._strangers: set[bytes] = set()
         self._news: list[OnboardEvent] = []
         self._there, self._look_at_s = True, 0.0
+        self._lost = False
         self._emulator = emulator
         self._step = 0
         self._answered_tick = -1
@@ -60,12 +62,53 @@ class GuidedLink:
             coordinator: Id of the coordinator's session.
             lockstep_s: Interval at which the robot waits for an answer; 0: never.
         """
-        self._coordinator, self._publisher = coordinator, session_publisher(coordinator)
-        self._strangers, self._news, self._there, self._look_at_s = set(), [], True, 0.0
-        self._inbox.drain()
+        self._fence.take(coordinator, self._fence.epoch + 1)
+        self._obey(coordinator)
         self._true_path = []
         self._step = round(100 * lockstep_s)
         self._answered_tick, self._waits, self._held_since_s = self._emulator.tick_count, True, math.inf
+
+    def _obey(self, coordinator: str) -> None:
+        """Take guidance of this session alone from now on."""
+        self._publisher = session_publisher(coordinator)
+        self._strangers, self._news, self._there, self._look_at_s = set(), [], True, 0.0
+        self._lost = False
+        self._inbox.drain()
+
+    def set_owner(self, request: SetOwnerRequest) -> SetOwnerResponse:
+        """Obey a coordinator that takes over, if its epoch is newer; say who guides the robot, and which plan."""
+        problem = self._owner_problem(request)
+        if not problem:
+            former = self._fence.owner
+            self._fence.take(request.coordinator, request.epoch)
+            if former != request.coordinator:
+                self._obey(request.coordinator)
+                text = f"session {request.coordinator} guides the robot from now on, in epoch {request.epoch}"
+                self._news.append(OnboardEvent(Event.WARN, "coordinator-replaced", f"{text}, instead of {former}"))
+            self._waits, self._held_since_s = True, math.inf
+        plan, start_s = self._emulator.onboard.followed_plan
+        return SetOwnerResponse(
+            success=not problem,
+            message=problem or f"guided in epoch {request.epoch}",
+            coordinator=self._fence.owner,
+            epoch=self._fence.epoch,
+            state=self._emulator.onboard.plan_state or PlanState(aligned=False),
+            plan=plan.ravel(),
+            plan_start_s=start_s,
+        )
+
+    def _owner_problem(self, request: SetOwnerRequest) -> str:
+        """Return why a coordinator cannot take over; "" if it can."""
+        if self._emulator.onboard.plan_state is None:
+            return "the robot is not guided by plans: nobody can take it over"
+        if request.epoch < self._fence.epoch or (
+            request.epoch == self._fence.epoch and request.coordinator != self._fence.owner
+        ):
+            guided = f"session {self._fence.owner} guides the robot in epoch {self._fence.epoch}"
+            return f"{guided}: session {request.coordinator} of epoch {request.epoch} is refused"
+        if not self.knows(request.coordinator):
+            return f'the session "{request.coordinator}" is not on the bus as a coordinator'
+        return ""
 
     def turn(self, now_s: float) -> list[OnboardEvent]:
         """Receive the coordinator's messages; return events for the operator. `now_s` is monotonic wall time."""
@@ -91,16 +134,17 @@ class GuidedLink:
             return
         self._strangers.add(publisher)
         who = publisher.hex() or "unknown"
-        text = f"guidance of publisher {who} is ignored: the robot is guided by session {self._coordinator}"
+        text = f"guidance of publisher {who} is ignored: the robot is guided by session {self._fence.owner}"
         self._news.append(OnboardEvent(Event.WARN, "stranger", text))
 
     def _look_for_coordinator(self, now_s: float) -> None:
         """Report once that the coordinator has left; its last guidance ends with its lease, then the robot brakes."""
-        if not self._there or now_s < self._look_at_s:
+        if now_s < self._look_at_s:
             return
         self._look_at_s = now_s + _LOOK_S
-        self._there = self.knows(self._coordinator)
-        if not self._there:
+        was_there, self._there = self._there, self.knows(self._fence.owner)
+        if was_there and not self._there and not self._lost:
+            self._lost = True
             text = "the coordinator has left the bus: the robot stops and waits; abort, and have it guided anew"
             self._news.append(OnboardEvent(Event.ERROR, "coordinator-lost", text))
 
@@ -136,11 +180,16 @@ class GuidedLink:
         self._true_path = []
         return [(topics.TRUE_WAY, encode(TrueWay(header=header(tick), x_m=x_m, y_m=y_m)))]
 
-    def held(self, now_s: float) -> bool:
-        """Return True if sim time has to wait for an answer; `now_s` is monotonic wall time."""
+    def held(self, now_s: float, *, hurries: bool = True) -> bool:
+        """Return True if sim time has to wait for an answer.
+
+        Args:
+            now_s: Monotonic wall time.
+            hurries: Whether it passes as fast as possible; else it does not wait for a coordinator that has left.
+        """
         tick = self._emulator.tick_count
         at_gate = self._step and tick % self._step == 0 and self._answered_tick < tick
-        if not at_gate or not self.under_way:
+        if not at_gate or not self.under_way or (not hurries and not self._there):
             self._held_since_s = math.inf
             self._waits = self._waits or self._answered_tick == tick
             return False

@@ -128,7 +128,7 @@ class RobotProcess:
         self._watchdog = Watchdog()
         self._outlet = outlet
         self._guided = GuidedLink(bus, self._emulator)
-        guiding = Guiding(self._guided.knows, self._begin_guided)
+        guiding = Guiding(self._guided.knows, self._begin_guided, self._guided.set_owner)
         self._commands = Commands(self._emulator, self._telemetry, self._set_speed, journal, guiding)
         latch = LatchGuard()
         handlers = self._commands.handlers
@@ -269,7 +269,7 @@ class RobotProcess:
         """Run ticks, until about a wall time (s); return True if sim time waits for a coordinator's answer."""
         waits = False
         while ticks > 0 and self._time_passes:
-            if waits := self._guided.held(time.monotonic()):
+            if waits := self._guided.held(time.monotonic(), hurries=self._pacer.factor < 0.0):
                 self._pacer.give_back(ticks)
                 break
             most = min(ticks, self._guided.ticks_ahead())

@@ -129,6 +129,9 @@ def coordinator(
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="Reproducible: sim time of emulated robots waits for the coordinator.")
     ] = False,
+    standby: Annotated[
+        bool, typer.Option("--standby", help="Wait until the coordinator is lost, and take over (teams by plans).")
+    ] = False,
     logs: LogsOption = None,
     supervisor: SupervisorOption = None,
 ) -> None:
@@ -137,7 +140,7 @@ def coordinator(
 
     scenario = parse(TeamScenario, read_text(team), team.name) if team is not None else TeamScenario()
     with service_log(topics.COORDINATOR, (topics.TEAM_NAMESPACE,), logs):
-        run_service(scenario, lockstep=lockstep, supervisor=supervisor)
+        run_service(scenario, lockstep=lockstep, standby=standby, supervisor=supervisor)
 
 
 def router(logs: LogsOption = None, supervisor: SupervisorOption = None) -> None:

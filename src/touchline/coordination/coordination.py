@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -14,7 +15,7 @@ from touchline.coordination.dispatch.dispatched_task import DispatchedTask, disp
 from touchline.coordination.dispatch.dispatcher import TaskDispatcher
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.hub import Hub, TeamSettings
-from touchline.coordination.plans.plan_hub import PlanHub, PlanSettings
+from touchline.coordination.plans.plan_hub import FollowedPlan, PlanHub, PlanSettings
 from touchline.coordination.plans.team_plan_limits import plan_limits
 from touchline.coordination.tasks import ARRIVED_M, TeamTask, task_of
 from touchline.schemas.errors import SpecError
@@ -185,6 +186,25 @@ class Coordination:
             return PlanHub(self._area, task, states, now_s, plan_settings_of(self._team))
         places = {name: each for name, each in self._first.items() if isinstance(each, Whereabouts)}
         return Hub(self._area, task, places, now_s, settings_of(self._team))
+
+    def resume(self, followed: Mapping[str, FollowedPlan], now_s: float) -> None:
+        """Begin with robots that drive by plans of another coordinator.
+
+        Args:
+            followed: State and plan of each robot of the team, by its name.
+            now_s: Sim time, an update period before the next update.
+
+        Raises:
+            TooNear: Two plans, or one and a wall, are nearer than plans may be.
+            SpecError: The task names an unknown robot.
+        """
+        self._first = {name: each.state for name, each in followed.items()}
+        self.task = self._task_of(self._team.task, _places(self._first))
+        settings = plan_settings_of(self._team)
+        # Robots are out of step at first, and may miss a plan: both plans are kept clear until they have reported.
+        settings = replace(settings, certain=settings.certain and settings.avoid == "barriers")
+        self.hub = PlanHub(self._area, self.task, followed, now_s, settings)
+        self._begun_s = now_s
 
     def set_first_task(self, spec: TaskSpec) -> None:
         """Set the task that begins once all robots are localized."""

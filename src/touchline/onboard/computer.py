@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.timed_motion import COLUMNS
 from touchline.onboard.computer_state import Computer, ComputerState
 from touchline.onboard.control import Ask, Follower, make_follower, nobody
 from touchline.onboard.control.follower import Asking, answered
@@ -218,6 +219,12 @@ class Onboard:
         """Message of a robot to a coordinator that guides it by plans; None if none does."""
         guided = self._traversal.guided
         return guided.plan_state if guided is not None and self.guided else None
+
+    @property
+    def followed_plan(self) -> tuple[NDArray[np.float64], float]:
+        """Plan that a guided robot follows, as of `GuidedDrive.plan`; empty if none."""
+        guided = self._traversal.guided
+        return guided.plan if guided is not None else (np.zeros((0, COLUMNS)), 0.0)
 
     def start(self) -> None:
         """Begin the traversal."""

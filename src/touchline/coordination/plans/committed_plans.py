@@ -91,10 +91,10 @@ class CommittedPlans:
         certain: bool = True,
         apart: bool = True,
     ) -> None:
-        """Let all robots stay where they stand.
+        """Let all robots stay where they stand, or follow the plans that they have.
 
         Args:
-            poses: (n, 3) x, y (m), heading (rad).
+            poses: (n, 3) x, y (m), heading (rad); or (n, m, 5) plans under way.
             area: The area.
             limits: Limits of plans.
             certain: Whether all robots follow what is chosen at once; else new plans are proposals until `settle`.
@@ -111,11 +111,15 @@ class CommittedPlans:
         rows = n if certain else 2 * n
         plans: Floats = np.zeros((rows, k.samples_of(limits), t.COLUMNS))
         self._claims = k.Claims(plans, np.full(rows, -1, dtype=np.int64))
-        plans[:n, :, :3], self._claims.owners[:n] = poses[:, None], np.arange(n)
+        plans[:n, :, : poses.shape[-1]], self._claims.owners[:n] = (
+            poses if poses.ndim > 2 else poses[:, None],
+            np.arange(n),
+        )
         self.plans = plans[:n]
-        if (apart_m := self.closest_m) < limits.apart_m:
+        if (apart_m := self.closest_m) < limits.apart_m - _ROUNDING_M:
             raise TooNear(f"two robots stand {apart_m:.3f} m apart, plans need {limits.apart_m:g} m: move them apart")
-        if not all(k.clear_of_walls(plan, self._around, limits) for plan in self.plans):
+        at_walls = limits._replace(wall_m=limits.wall_m - _ROUNDING_M)
+        if not all(k.clear_of_walls(plan, self._around, at_walls) for plan in self.plans):
             raise TooNear(f"a robot stands nearer than {limits.wall_m:g} m to a wall: move it away")
         self._ways = Ways(area, limits.wall_m, limits.apart_m)
         self._velocities: Complexes = np.zeros(len(poses), dtype=np.complex128)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from touchline.coordination.free_area import FreeArea
 from touchline.coordination.interventions import Interventions
 from touchline.coordination.plans.barrier_plans import BarrierPlans
 from touchline.coordination.plans.committed_plans import CommittedPlans
-from touchline.coordination.plans.plan_kernels import PlanLimits
+from touchline.coordination.plans.plan_kernels import PlanLimits, samples_of
 from touchline.coordination.tasks import TeamTask
 from touchline.core import timed_motion as t
 from touchline.schemas.errors import TouchlineError
@@ -30,6 +30,8 @@ from touchline.schemas.messages.team_messages import FIRST_CELL, NOTHING_HEARD_S
 Floats = NDArray[np.float64]
 
 _NEARLY_S: Final = 1e-6
+_NUMBERS: Final = 1 << 20
+"""Numbers of plans that a hub has for itself: a former one that goes on must not take those of another for its own."""
 
 
 class OffPlan(TouchlineError):
@@ -61,6 +63,14 @@ class PlanSettings:
         return 2.0 * self.limits.brakes_at * t.STEP_S + self.limits.speed_max_mps / self.limits.acceleration_mps2
 
 
+class FollowedPlan(NamedTuple):
+    """State of a robot, and the plan that it follows: samples (m, 5) from `start_s` on, none where it stands."""
+
+    state: PlanState
+    samples: Floats
+    start_s: float
+
+
 @dataclass
 class _Robot:
     """Knowledge of one robot.
@@ -82,14 +92,19 @@ class PlanHub:
     """Plans for a team, as `Hub` has cells; clocks of hub and robots are the same."""
 
     def __init__(
-        self, area: FreeArea, task: TeamTask, starts: Mapping[str, PlanState], now_s: float, settings: PlanSettings
+        self,
+        area: FreeArea,
+        task: TeamTask,
+        starts: Mapping[str, PlanState | FollowedPlan],
+        now_s: float,
+        settings: PlanSettings,
     ) -> None:
-        """Start with all robots at rest.
+        """Start with all robots at rest, or with the plans that they follow.
 
         Args:
             area: The area.
             task: The task.
-            starts: State of each robot, by its name.
+            starts: State of each robot, by its name; with its plan if it has one.
             now_s: Hub's clock.
             settings: Common settings.
 
@@ -97,11 +112,13 @@ class PlanHub:
             TooNear: Two robots, or one and a wall, are nearer than plans may be.
         """
         self.settings = settings
-        known = {name: starts[name] for name in sorted(starts)}
-        poses = np.array([(each.x_m, each.y_m, each.heading_rad) for each in known.values()])
-        self._plans = _plans(poses, area, settings)
-        self._robots = {name: _Robot(each, now_s, _stays(each), _stays(each)) for name, each in known.items()}
-        self._task, self._number, self._now_s = task, FIRST_CELL, now_s
+        known = {name: _followed(starts[name]) for name in sorted(starts)}
+        self._plans = _plans(np.array([_rest(each, now_s, settings) for each in known.values()]), area, settings)
+        sent = {name: _sent(each) for name, each in known.items()}
+        self._robots = {name: _Robot(each.state, now_s, sent[name], sent[name]) for name, each in known.items()}
+        decided = max((each.state.decided for each in known.values()), default=FIRST_CELL)
+        self._number = -(-decided // _NUMBERS) * _NUMBERS
+        self._task, self._now_s = task, now_s
         self.goals: dict[str, tuple[float, float]] = {}
         self.interventions = Interventions()
         self._nearest_m = math.inf
@@ -267,7 +284,7 @@ class PlanHub:
 
 
 def _plans(poses: Floats, area: FreeArea, settings: PlanSettings) -> CommittedPlans:
-    """Return plans of robots that stand, poses (n, 3) m and rad.
+    """Return plans of robots from their poses (n, 3), or plans under way (n, m, 5), as of `CommittedPlans`.
 
     Raises:
         TooNear: Two robots, or one and a wall, are nearer than plans may be.
@@ -287,6 +304,27 @@ def _goal(wish: Wish, state: Floats) -> tuple[float, float]:
     return (wish.x_m, wish.y_m) if isinstance(wish, GoalWish) else (float(state[0]), float(state[1]))
 
 
-def _stays(reported: PlanState) -> Guidance:
-    """Return guidance to stay where it stands."""
-    return Guidance(echo_s=reported.stamp_s, target_x_m=reported.x_m, target_y_m=reported.y_m)
+def _followed(start: PlanState | FollowedPlan) -> FollowedPlan:
+    """Return a robot's plan; none of one that stands."""
+    return start if isinstance(start, FollowedPlan) else FollowedPlan(start, np.zeros((0, t.COLUMNS)), 0.0)
+
+
+def _rest(followed: FollowedPlan, now_s: float, settings: PlanSettings) -> Floats:
+    """Return what is left of a robot's plan, (m, 5) of `plan_kernels`; a stay without one."""
+    plan = np.zeros((samples_of(settings.limits), t.COLUMNS))
+    state = followed.state
+    plan[:, :3] = state.x_m, state.y_m, state.heading_rad
+    for step in range(len(plan) if len(followed.samples) else 0):
+        t.motion_at(followed.samples, now_s - followed.start_s + step * t.STEP_S, plan[step])
+    return plan
+
+
+def _sent(followed: FollowedPlan) -> Guidance:
+    """Return the guidance that a robot follows: without a plan, to stay where it stands."""
+    state, plan = followed.state, followed.samples
+    stays = Guidance(echo_s=state.stamp_s, target_x_m=state.x_m, target_y_m=state.y_m)
+    if not len(plan):
+        return stays
+    x, y = plan[-1, [t.X, t.Y]].tolist()
+    update = {"number": state.adopted, "plan": plan.ravel(), "plan_start_s": followed.start_s}
+    return stays.model_copy(update={**update, "target_x_m": x, "target_y_m": y})

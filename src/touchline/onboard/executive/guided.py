@@ -155,6 +155,13 @@ class GuidedDrive:
             decided=self._plan.decided,
         )
 
+    @property
+    def plan(self) -> tuple[Floats, float]:
+        """Plan that it follows, (m, 5) samples of `timed_motion`, and its start by the robot's clock (s)."""
+        if self._plan is None:
+            return np.zeros((0, COLUMNS)), 0.0
+        return self._plan.plan, self._plan.plan_tick / TICKS_PER_S
+
     def run(self) -> Asking[Step]:
         """Run one tick towards the target, as `guided_tick.guide`."""
         if not self._aligned:

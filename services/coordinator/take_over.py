@@ -1,0 +1,132 @@
+"""Takeover of a team whose coordinator is lost: robots say which plans they follow, and obey this one from then on.
+
+Nothing that the former coordinator knew is believed. By answering, a robot refuses everything of former coordinators,
+late or repeated. Until all robots have answered, nobody gets a plan: each stands at the end of its own.
+"""
+
+from __future__ import annotations
+
+import time
+import uuid
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from touchline.bus import Bus
+from touchline.bus.calls import Question
+from touchline.coordination.plans.plan_hub import FollowedPlan
+from touchline.core.timed_motion import COLUMNS
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages import TeamCells
+from touchline.schemas.team import GoalsTask, TaskSpec
+
+_ANSWER_S: Final = 1.0
+_AGAIN_S: Final = 0.1
+_SAME_M: Final = 1e-6
+
+
+class TakeOver:
+    """Request to all robots to obey this coordinator; call `turn` in a loop.
+
+    Attributes:
+        epoch: Epoch of this coordinator; 0 until all robots have said theirs.
+        waits_for: Robots that have not answered, with the reasons.
+    """
+
+    def __init__(self, buses: Mapping[str, Bus]) -> None:
+        """Ask all robots who guides them.
+
+        Args:
+            buses: Buses of the robots, by name.
+        """
+        self._buses, self.epoch = buses, 0
+        self.waits_for: dict[str, str] = {}
+        self._begin(0)
+
+    def _begin(self, epoch: int) -> None:
+        self.epoch = epoch
+        self.answers: dict[str, m.SetOwnerResponse] = {}
+        self._open: dict[str, Question] = {}
+        self._again_s = dict.fromkeys(self._buses, 0.0)
+        self.waits_for = dict.fromkeys(self._buses, "does not answer")
+
+    def turn(self) -> bool:
+        """Ask, and take answers; return True once all robots obey."""
+        now_s = time.monotonic()
+        for name, bus in self._buses.items():
+            if name in self.answers:
+                continue
+            if name not in self._open and now_s >= self._again_s[name]:
+                request = m.SetOwnerRequest(request_id=uuid.uuid4().hex, coordinator=bus.session_id, epoch=self.epoch)
+                self._open[name] = bus.ask(topics.SET_OWNER, encode(request), _ANSWER_S)
+            self._take(name, now_s)
+        if len(self.answers) < len(self._buses):
+            return False
+        if self.epoch:
+            return True
+        self._begin(1 + max(answer.epoch for answer in self.answers.values()))
+        return False
+
+    def _take(self, name: str, now_s: float) -> None:
+        """Take a robot's answer, if there is one."""
+        question = self._open.get(name)
+        answer = question.poll() if question is not None else None
+        if answer is None:
+            return
+        del self._open[name]
+        self._again_s[name] = now_s + _AGAIN_S
+        if answer.refusal is not None or answer.payload is None:
+            self.waits_for[name] = answer.refusal or "does not answer"
+            return
+        try:
+            response = decode(m.SetOwnerResponse, answer.payload)
+        except PayloadError as error:
+            self.waits_for[name] = str(error)
+            return
+        if response.success or (self.epoch == 0 and response.coordinator):
+            self.answers[name] = response
+            del self.waits_for[name]
+        elif response.coordinator and response.epoch >= self.epoch > 0:
+            self._begin(0)  # another one was faster
+        else:
+            self.waits_for[name] = response.message
+
+    @property
+    def none_is_guided(self) -> bool:
+        """Return whether all have answered, and no robot is guided by anybody."""
+        return bool(self.waits_for) and all("is not guided" in reason for reason in self.waits_for.values())
+
+    @property
+    def followed(self) -> dict[str, FollowedPlan]:
+        """State and plan of each robot, by name."""
+        return {
+            name: FollowedPlan(each.state, np.array(each.plan).reshape(-1, COLUMNS), each.plan_start_s)
+            for name, each in self.answers.items()
+        }
+
+
+def remaining_task(task: TaskSpec, cells: TeamCells) -> TaskSpec:
+    """Return what is left of a task: robots that change places, or drive to goals in turn, go on to their last goals.
+
+    Args:
+        task: The task.
+        cells: What its coordinator has published last.
+    """
+    goals = {cell.name: (cell.goal_x_m, cell.goal_y_m) for cell in cells.cells}
+    if not goals or task.kind not in ("swap", "goals"):
+        return task
+    given = task.goals if isinstance(task, GoalsTask) else {}
+    left = {name: _from(goal, given.get(name, ())) for name, goal in goals.items()}
+    return GoalsTask(kind="goals", goals=left)
+
+
+def _from(goal: tuple[float, float], given: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    """Return goals from a present one on."""
+    for number, (x_m, y_m) in enumerate(given):
+        if abs(x_m - goal[0]) + abs(y_m - goal[1]) < _SAME_M:
+            return given[number:]
+    return (goal,)

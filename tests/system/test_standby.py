@@ -1,0 +1,166 @@
+"""A standby takes over from a coordinator that is lost: nobody touches, and everybody goes on."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+import uuid
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.meeting import eventually
+from tests.system.commands import start_touchline, touchline
+from touchline.bus import Bus, BusConfig
+from touchline.bus.health import STARTING
+from touchline.bus.ports import free_port
+from touchline.coordination.reported_contacts import tick_of
+from touchline.schemas import topics
+from touchline.schemas.fleet import Fleet
+from touchline.schemas.messages import (
+    DiagnosticArray,
+    SetOwnerRequest,
+    SetOwnerResponse,
+    TeamStatus,
+    TeamTaskRequest,
+    TrueWay,
+)
+from touchline.schemas.team import TeamScenario
+
+AREA = {"outline": [(0, 0), (5, 0), (5, 5), (0, 5)]}
+STARTS = {"a": (0.6, 0.6), "b": (4.4, 0.6), "c": (2.5, 4.4)}
+GOALS = {"a": [(4.4, 4.4)], "b": [(0.6, 4.4)], "c": [(2.5, 0.6)]}
+BODIES_M = 0.354
+
+
+def team() -> TeamScenario:
+    places = {name: {"x_m": x, "y_m": y, "heading_rad": 0.0} for name, (x, y) in STARTS.items()}
+    task = {"kind": "goals", "goals": GOALS}
+    told = {"places": places, "area": AREA, "task": task, "avoid": "plans", "duration_s": 3000.0}
+    return TeamScenario.model_validate(told)
+
+
+class TrueWays:
+    """Where robots truly were, by tick."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._inboxes = {name: bus.of(name).inbox([topics.TRUE_WAY]) for name in STARTS}
+        self._at: dict[str, dict[int, complex]] = {name: {} for name in STARTS}
+
+    def look(self) -> None:
+        for name, inbox in self._inboxes.items():
+            for _, message in inbox.messages():
+                assert isinstance(message, TrueWay)
+                places = np.array(message.x_m) + 1j * np.array(message.y_m)
+                first = tick_of(message) - len(places) + 1
+                self._at[name] |= {first + number: place for number, place in enumerate(places.tolist())}
+
+    @property
+    def driven_m(self) -> float:
+        """Distance of the robot that has come least far from its start."""
+        return min(
+            abs(next(reversed(each.values()), at := complex(*STARTS[name])) - at) for name, each in self._at.items()
+        )
+
+    @property
+    def closest_m(self) -> float:
+        """Least distance of two robots at the same tick."""
+        common = sorted(set.intersection(*(set(each) for each in self._at.values())))
+        places = np.array([[each[tick] for tick in common] for each in self._at.values()])
+        one, other = np.triu_indices(len(places), 1)
+        return float(np.abs(places[one] - places[other]).min())
+
+
+class System:
+    """Three robots, their coordinator and a standby, each a process."""
+
+    def __init__(self, stack: ExitStack, folder: Path) -> None:
+        self._stack, self._folder = stack, folder
+        self.config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}", namespaces=(topics.TEAM_NAMESPACE,))
+        told = team()
+        (folder / "team.json").write_text(told.model_dump_json())
+        setups = {name: told.setup(name, told.places[name]) for name in told.names}
+        (folder / "fleet.json").write_text(Fleet.of(setups).model_dump_json())
+        self._coordinator = ("coordinator", "--team", str(folder / "team.json"), "--lockstep")
+        self.robots = self.start("robots", "robot-sim", "--robots", str(folder / "fleet.json"), "--speed", "2")
+        self.first = self.start("first", *self._coordinator)
+        self.standby = self.start("standby", *self._coordinator, "--standby")
+        self.bus = stack.enter_context(Bus.open(topics.OPERATOR, self.config))
+        self._inbox = self.bus.inbox([topics.TEAM_STATUS, topics.DIAGNOSTICS], keep="recent")
+        self.ways, self.status = TrueWays(self.bus), TeamStatus()
+        self._doing, self._ready = "", set[str]()
+        self._diagnostics = {name: self.bus.of(name).inbox([topics.DIAGNOSTICS]) for name in STARTS}
+
+    def start(self, name: str, *arguments: str) -> subprocess.Popen[bytes]:
+        process = start_touchline(*arguments, config=self.config, log=self._folder / f"{name}.log")
+        self._stack.callback(process.wait)
+        self._stack.callback(process.kill)
+        return process
+
+    def said(self, name: str) -> str:
+        return (self._folder / f"{name}.log").read_text()
+
+    def first_again(self) -> subprocess.CompletedProcess[str]:
+        return touchline(*self._coordinator, config=self.config)
+
+    def look(self) -> TeamStatus:
+        self.ways.look()
+        for _, message in self._inbox.messages():
+            if isinstance(message, TeamStatus):
+                self.status = message
+            elif isinstance(message, DiagnosticArray) and message.status[0].name == topics.STANDBY:
+                self._doing = message.status[0].message
+        return self.status
+
+    @property
+    def ready(self) -> bool:
+        """Whether the standby stands by, and the robots have loaded their kernels."""
+        self.look()
+        for name, inbox in self._diagnostics.items():
+            for _, message in inbox.messages():
+                if isinstance(message, DiagnosticArray) and not message.status[0].message.startswith(STARTING):
+                    self._ready.add(name)
+        return "stands by for session" in self._doing and self._ready == set(STARTS)
+
+    def begin(self) -> bool:
+        """Whether all robots are guided now; the coordinator may not know them yet."""
+        request = TeamTaskRequest(request_id=uuid.uuid4().hex, task_json=team().task.model_dump_json())
+        begun = self.bus.call(topics.TEAM_TASK, request, 120.0)
+        time.sleep(0.0 if begun.success else 1.0)
+        return begun.success
+
+    def owner(self, bus: Bus, epoch: int) -> SetOwnerResponse:
+        request = SetOwnerRequest(request_id=uuid.uuid4().hex, coordinator=bus.session_id, epoch=epoch)
+        return bus.of("a").call(topics.SET_OWNER, request, 10.0)
+
+
+@pytest.fixture
+def system(tmp_path: Path) -> Iterator[System]:
+    with ExitStack() as stack:
+        yield System(stack, tmp_path)
+
+
+@pytest.mark.full
+def test_a_standby_goes_on_when_the_coordinator_is_killed_and_lets_nobody_back(system: System) -> None:
+    assert eventually(lambda: system.ready, 120.0), system.said("standby")
+    assert eventually(system.begin)
+    assert eventually(lambda: bool(system.look()) and system.ways.driven_m > 1.0, 60.0)
+    assert system.status.coordinator == ""
+    system.first.kill()
+    assert eventually(lambda: system.look().coordinator != "", 60.0), system.said("standby")
+    assert system.status.arrived < len(STARTS)
+
+    with Bus.open(topics.COORDINATOR, system.config) as other:
+        newest = system.owner(other, 0).epoch
+        old = system.owner(other, newest - 1)
+        assert not old.success
+        assert f"guides the robot in epoch {newest}: session {other.session_id} of epoch {newest - 1}" in old.message
+    assert eventually(lambda: system.look().arrived == len(STARTS), 120.0), system.status
+    assert system.ways.closest_m > BODIES_M
+
+    again = system.first_again()
+    assert again.returncode != 0
+    assert "already running" in again.stderr
