@@ -295,9 +295,8 @@ def test_parameters_are_told_from_the_setup_and_junk_is_refused_and_counted(robo
         ros, gateway, names.service_key(list_them), encode(ListParametersRequest(prefixes=("scenario",), depth=1))
     )
     found = decode(ListParametersResponse, asked.ok.payload.to_bytes()).result.names
-    assert found == tuple(
-        f"scenario.{name}" for name in ("faults", "name", "noise", "objects", "seed", "sensors", "sky", "steel")
-    )
+    flat = ("charge", "docks", "faults", "multipath", "name", "noise", "objects", "seed", "sensors", "sky", "steel")
+    assert found == tuple(f"scenario.{name}" for name in flat)
     asked = ask(ros, gateway, names.service_key(get), encode(GetParametersRequest(names=("scenario.seed",))))
     assert decode(GetParametersResponse, asked.ok.payload.to_bytes()).values[0].integer_value == 7
     for payload in (b"", b"\0\1\0\0\xff\xff\xff\xff", bytes(33 * 1024 * 1024)):

@@ -79,7 +79,7 @@ def test_a_message_without_a_stamp_takes_the_clock(tmp_path: Path) -> None:
 
 def test_only_messages_that_begin_with_a_time_are_stamped() -> None:
     unstamped = {topic.name for topic in topics.RECORDED if not is_stamped(topic)}
-    of_teams = {"fleet/setup", "algorithm/state", "algorithm/wish"}
+    of_teams = {"fleet/setup", "fleet/queue", "algorithm/state", "algorithm/wish"}
     assert unstamped == {"plan", "template", "setup", "traversal/claimed", "traversal/initial_state"} | of_teams
 
 
