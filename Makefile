@@ -20,7 +20,7 @@ demo: $(STAMP)
 
 test: $(STAMP)
 	$(MAKE) --no-print-directory -j 3 kernels lint bytecode
-	$(BIN)/python -m pytest -q -n 5 --dist loadgroup -m "not full" $(TESTS)
+	$(BIN)/python -m pytest -q -n 4 --dist loadgroup -m "not full" $(TESTS)
 
 # What `test` leaves out: many seeds, vehicles and followers, the published studies, the longer benchmarks, fuzzers.
 test-full: $(STAMP)

@@ -21,7 +21,6 @@ from typing import NamedTuple
 from touchline.core import kernel_code, kernel_store
 
 _BEGUN_S = time.perf_counter()
-_LATER = 5
 
 
 class Job(NamedTuple):
@@ -123,8 +122,6 @@ def run_all(jobs: tuple[Job, ...]) -> bool:
     for job in jobs:
         process = os.fork()
         if not process:
-            if not job.then:
-                os.nice(_LATER)  # what others wait for goes first
             os._exit(0 if _run(job) else 1)
         started.append(process)
     codes = [os.waitpid(process, 0)[1] for process in started]

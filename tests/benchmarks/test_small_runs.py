@@ -34,6 +34,7 @@ LONG = frozenset(
     (
         *(
             "accuracy",
+            "calibration",
             "clear_away",
             "estimator",
             "fleet_recorded",
