@@ -402,3 +402,13 @@ def test_emulated_robots_fail_charge_and_keep_priorities() -> None:
     assert 0.37 * FULL_WH < robots["c"]["charged_wh"] < 0.45 * FULL_WH
     assert robots["b"]["used_wh"] > 0.1
     assert robots["a"]["state"] == "out"
+
+
+@pytest.mark.parametrize("field", ["docks.far", "place"])
+def test_a_place_where_robots_cannot_be_is_refused(field: str) -> None:
+    place = (0.1, 1.0) if field == "place" else (1.0, 1.0)
+    spec: dict[str, Any] = {"requests": [{"category": "go_to_place", "place": place}]}
+    if field == "docks.far":
+        spec["docks"] = {"far": {"x_m": 90.0, "y_m": 1.0}}
+    with pytest.raises(SpecError, match=rf"{field} is \(.*\) m, not in the area or within 0.2 m of a wall"):
+        Points(spec, {"a": 1 + 1j})

@@ -25,7 +25,7 @@ from touchline.coordination.dispatch.task_records import (
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.tasks import ARRIVED_M
 from touchline.schemas.errors import SpecError
-from touchline.schemas.task_requests import ChargeRequest, DeliveryRequest, DispatchTask, Request, located
+from touchline.schemas.task_requests import ChargeRequest, DeliveryRequest, DispatchTask, Request, located, places_of
 
 STANDS_S: Final = 10.0
 """A robot that has stood for so long on its way is blocked."""
@@ -64,6 +64,8 @@ class TaskDispatcher:
         self._spec, self._now_s = spec, 0.0
         self.table = DistanceTable(area, radius_m)
         self._planner = RoutePlanner(spec, self.table, figures)
+        for name, at in self._planner.docks.items():
+            self.table.check("dispatch", f"docks.{name}", at)
         self._claims = PlaceClaims(area, radius_m, radius_m)
         self._battery_wh = figures.battery_wh
         self.robots = {name: self._robot(name, at, spec.charges.get(name, 1.0)) for name, at in homes.items()}
@@ -80,7 +82,7 @@ class TaskDispatcher:
         """Take further requests; return the ids of their tasks.
 
         Raises:
-            SpecError: One names an unknown place or robot, or an id that there is.
+            SpecError: One names an unknown place or robot, a place where robots cannot be, or an id that there is.
         """
         new: list[TaskRecord] = []
         known = {each.id for each in self.records} | {each.id for each in requests}
@@ -89,7 +91,10 @@ class TaskDispatcher:
                 self._check_charge(request)
             if request.id and any(each.id == request.id for each in (*self.records, *new)):
                 raise SpecError("request", "id", f"is {request.id!r} again", "give another id, or leave it out")
-            stops = stops_of(request, located(request, self._spec.places))
+            places = located(request, self._spec.places)
+            for field, place in zip(places_of(request), places, strict=True):
+                self.table.check("request", field, complex(*place))
+            stops = stops_of(request, places)
             number = 1 + len(self.records) + len(new)
             while not request.id and f"task-{number}" in known:
                 number += 1

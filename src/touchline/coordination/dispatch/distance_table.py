@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.geodesics import Geodesics
+from touchline.schemas.errors import SpecError
 
 Floats = NDArray[np.float64]
 
@@ -22,8 +23,19 @@ class DistanceTable:
     """
 
     def __init__(self, area: FreeArea, wall_m: float) -> None:
+        self._area, self._wall_m = area, wall_m
         self.geodesics = Geodesics(area, wall_m) if len(area.walls) else None
         self._fields: dict[complex, Floats] = {}
+
+    def check(self, source: str, field: str, place: complex) -> None:
+        """Check that robots can be at a place, x + iy (m).
+
+        Raises:
+            SpecError: It is not in the area, or too near to a wall.
+        """
+        if not self._area.holds(np.array([(place.real, place.imag)]), self._wall_m)[0]:
+            where = f"is ({place.real:g}, {place.imag:g}) m, not in the area or within {self._wall_m:g} m of a wall"
+            raise SpecError(source, field, where, "give a place that robots can be at")
 
     def lengths_m(self, places: Sequence[complex], goals: Sequence[complex]) -> Floats:
         """Return (n, m) the length of the way from each place to each goal, x + iy (m); inf: there is none."""
