@@ -11,6 +11,7 @@ from touchline.cli.job_bus import job_bus
 from touchline.cli.job_terminal import Terminal, watch_system
 from touchline.cli.options import speed_factor
 from touchline.schemas import topics
+from touchline.schemas.task_requests import DispatchTask
 from touchline.schemas.team import TeamScenario
 from touchline.schemas.topics import TEAM_NAMESPACE
 
@@ -33,13 +34,21 @@ def simulated(chosen: TeamScenario, *, hashed: bool, record: Path | None) -> dic
 
 
 def run_on_bus(chosen: TeamScenario, speed: str, *, apart: bool, record: Path | None) -> dict[str, Any]:
-    """Run a team over Zenoh in lockstep; return its figures."""
+    """Run a team over Zenoh in lockstep; return its figures.
+
+    Raises:
+        SpecError: The team, or a place of its task, cannot be used.
+    """
+    from touchline.coordination.dispatch.dispatched_task import DispatchedTask
     from touchline.coordination.start_poses import free_area, start_poses
     from touchline.jobs.team.team_on_bus import TeamOnBus
     from touchline.supervision.running_system import only_one
     from touchline.supervision.temporary_system import ProcessOptions, local_system
 
-    places = start_poses(chosen, free_area(chosen))
+    area = free_area(chosen)
+    places = start_poses(chosen, area)
+    if isinstance(chosen.task, DispatchTask):  # refuses now what the coordinator would
+        DispatchedTask(chosen.task, chosen, area, {name: (at.x_m, at.y_m) for name, at in places.items()})
     setups = {name: chosen.setup(name, places[name]) for name in chosen.names}
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder, progress_bar("Team") as advance:
         file = Path(folder) / "team.json"
