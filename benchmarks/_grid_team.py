@@ -19,7 +19,7 @@ Ints = NDArray[np.int32]
 Rectangle = list[tuple[float, float]]
 REFINE_TURNS = 2000
 LATE_S, LATE_WITHIN_S = 5.0, 30.0
-"""How long a late robot stands, and by when it begins to."""
+"""Time for which a late robot stands, and latest time at which it begins to."""
 
 
 class LateGridWays(GridWays):

@@ -22,7 +22,6 @@ from touchline.checking.calibrating.noises import best_noise
 from touchline.checking.estimating.estimator_inputs import EstimatorInputs
 from touchline.checking.estimating.estimator_run import EstimatorRun, rerun
 from touchline.checking.estimating.innovation_tests import fixes_whiteness
-from touchline.schemas.onboard import OnboardConfig
 
 WRONG: Final[Mapping[str, Mapping[c.Constant, float]]] = {
     "nothing": {},
@@ -64,7 +63,7 @@ def _row(name: str, wrong: Mapping[c.Constant, float], paths: list[Path]) -> Non
         errors.append(fit.changes + [wrong.get(each, 0.0) for each in SHOWN])
         floors = [each.floor for each in SHOWN]
         sigmas.append(np.maximum(np.sqrt(np.diag(fit.covariance)), floors))
-        before.append(_correlation(rerun(inputs, inputs.setup, inputs.frames())))
+        before.append(_correlation(rerun(inputs, inputs.setup, inputs.frames)))
         after.append(_correlation(fit.run))
         named.append(_noise(inputs, fit.changes))
     took_s = (time.process_time() - begun_s) / len(paths)
@@ -87,9 +86,5 @@ def _correlation(run: EstimatorRun) -> float:
 
 
 def _noise(inputs: EstimatorInputs, changes: np.ndarray) -> str:
-    best, frames = c.changed(inputs.setup, dict(zip(SHOWN, changes.tolist(), strict=True))), inputs.frames()
-
-    def run_with(config: OnboardConfig) -> EstimatorRun:
-        return rerun(inputs, best.model_copy(update={"onboard": config}), frames, forgiving=True)
-
-    return best_noise(best.onboard, run_with).name
+    best = c.changed(inputs.setup, dict(zip(SHOWN, changes.tolist(), strict=True)))
+    return best_noise(inputs, best, inputs.frames).name

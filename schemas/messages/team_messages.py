@@ -202,7 +202,7 @@ class SetOwnerRequest(Message):
 
 
 class SetOwnerResponse(Message):
-    """Whether the robot obeys that coordinator now, and the plan that it follows; or why not.
+    """Answer of a robot: success if it obeys that coordinator now, and the plan that it follows; or why not.
 
     By answering it refuses everything of former coordinators. ``coordinator`` and ``epoch`` say who guides it;
     ``state`` and ``plan``, from ``plan_start_s`` on as in Guidance, what it does, by its own clock.

@@ -32,18 +32,11 @@ def inputs():
 
 def disturbed(inputs, errors_m):
     """Frames with further errors of their fixes, (fixes, 2)."""
-    frames = inputs.frames()
+    frames = inputs.frames
     fixes = frames.fixes.copy()
     fixes["east_m"] += errors_m[:, 0]
     fixes["north_m"] += errors_m[:, 1]
     return frames._replace(fixes=fixes)
-
-
-def noise_in(inputs, frames):
-    def run(config):
-        return rerun(inputs, inputs.setup.model_copy(update={"onboard": config}), frames, forgiving=True)
-
-    return best_noise(inputs.setup.onboard, run)
 
 
 def drawn(n, sigma_m, tau_s=0.0):
@@ -91,12 +84,12 @@ def test_the_command_writes_files_that_can_be_given_again(tmp_path):
     ("sigma_m", "tau_s", "named"), [(0.012, 0.0, "fixes scatter"), (0.012, 3.0, "fixes wander")], ids=["white", "slow"]
 )
 def test_a_noise_larger_than_the_files_say_is_named(inputs, sigma_m, tau_s, named):
-    frames = disturbed(inputs, drawn(len(inputs.frames().fixes), sigma_m, tau_s))
-    assert noise_in(inputs, frames).name == named
+    frames = disturbed(inputs, drawn(len(inputs.frames.fixes), sigma_m, tau_s))
+    assert best_noise(inputs, inputs.setup, frames).name == named
 
 
 def test_an_estimate_that_claims_too_much_is_told(inputs):
-    frames = disturbed(inputs, drawn(len(inputs.frames().fixes), 0.012, 3.0))
+    frames = disturbed(inputs, drawn(len(inputs.frames.fixes), 0.012, 3.0))
     run = rerun(inputs, inputs.setup, frames)
     run.receiver = inputs.receiver()
     (line,) = [line for line in verdict(run) if "innovations" in line]
@@ -104,8 +97,7 @@ def test_an_estimate_that_claims_too_much_is_told(inputs):
     assert line.endswith("`touchline calibrate` looks for the cause")
 
 
-def test_a_short_recording_is_refused(inputs, monkeypatch):
-    frames = inputs.frames()
-    monkeypatch.setattr(inputs, "frames", lambda: frames._replace(fixes=frames.fixes[:100]))
+def test_a_short_recording_is_refused(inputs):
+    inputs.frames = inputs.frames._replace(fixes=inputs.frames.fixes[:100])
     with pytest.raises(SpecError, match="has 100 fixes; record a drive with at least 150"):
         fit_constants(inputs, inputs.setup, c.CONSTANTS)

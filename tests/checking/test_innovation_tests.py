@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from touchline.checking.estimating import innovation_tests as tests
-from touchline.onboard.filter_model import FIX_DOF
 
 
 def noise(n, axes, seed=1, correlation=0.0):
@@ -14,15 +13,9 @@ def noise(n, axes, seed=1, correlation=0.0):
     return drawn
 
 
-@pytest.mark.parametrize(("count", "low", "high"), [(100, 1.41, 2.72), (300, 1.64, 2.40), (600, 1.74, 2.28)])
-def test_bounds_of_the_mean_nis_of_two_numbers(count, low, high):
-    assert tests.nis_bounds(count, 2) == pytest.approx((low, high), abs=0.006)
-
-
 def test_white_innovations_pass_and_one_in_a_thousand_may_not():
     found = [tests.whiteness(noise(300, 2, seed)) for seed in range(200)]
     assert sum(abs(each.lag_1) > each.lag_1_most for each in found) <= 2
-    assert sum(each.ljung_box > each.ljung_box_most for each in found) <= 2
 
 
 @pytest.mark.parametrize("correlation", [0.3, 0.6])
@@ -30,7 +23,6 @@ def test_correlated_ones_are_found_with_their_correlation(correlation):
     found = tests.whiteness(noise(1000, 2, correlation=correlation))
     assert found.lag_1 == pytest.approx(correlation, abs=0.06)
     assert found.found
-    assert found.ljung_box > found.ljung_box_most
 
 
 def test_a_few_wild_ones_decide_nothing():
@@ -45,15 +37,5 @@ def test_a_small_correlation_that_chance_does_not_explain_is_no_finding():
     assert not found.found
 
 
-def test_nis_of_a_student_t_counts_as_if_it_were_normal():
-    generator = np.random.default_rng(2)
-    normal = generator.standard_normal((100_000, 2))
-    scale = (FIX_DOF - 2.0) / FIX_DOF  # so that its variance is 1
-    t = normal * np.sqrt(FIX_DOF * scale / generator.chisquare(FIX_DOF, 100_000))[:, None]
-    nis = tests.normal_nis((t**2).sum(axis=1), FIX_DOF)
-    assert nis.mean() == pytest.approx(2.0, abs=0.03)
-    assert np.mean(nis > 5.991) == pytest.approx(0.05, abs=0.003)
-
-
 def test_too_few_fixes_are_not_tested():
-    assert tests.fixes_whiteness(np.zeros((50, 6))) is None
+    assert tests.fixes_whiteness(np.zeros((50, 3))) is None

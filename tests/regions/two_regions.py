@@ -104,7 +104,7 @@ class Way(NamedTuple):
 
 @dataclass
 class Course:
-    """What has come of it.
+    """Figures of a run.
 
     Attributes:
         handovers: From one region to the other.

@@ -44,7 +44,7 @@ def team() -> TeamScenario:
 
 
 class TrueWays:
-    """Where robots truly were, by tick."""
+    """True places of robots, by tick."""
 
     def __init__(self, bus: Bus) -> None:
         self._inboxes = {name: bus.of(name).inbox([topics.TRUE_WAY]) for name in STARTS}
@@ -117,7 +117,7 @@ class System:
 
     @property
     def ready(self) -> bool:
-        """Whether the standby stands by, and the robots have loaded their kernels."""
+        """True once the standby stands by, and the robots have loaded their kernels."""
         self.look()
         for name, inbox in self._diagnostics.items():
             for _, message in inbox.messages():
@@ -126,7 +126,7 @@ class System:
         return "stands by for session" in self._doing and self._ready == set(STARTS)
 
     def begin(self) -> bool:
-        """Whether all robots are guided now; the coordinator may not know them yet."""
+        """True once all robots are guided; the coordinator may not know them yet."""
         request = TeamTaskRequest(request_id=uuid.uuid4().hex, task_json=team().task.model_dump_json())
         begun = self.bus.call(topics.TEAM_TASK, request, 120.0)
         time.sleep(0.0 if begun.success else 1.0)

@@ -249,16 +249,14 @@ class FilterCounters(Record):
     """Innovation of the last fix."""
     innovation_north_m: float
 
-    gyro_white: float = math.nan
-    """Innovation of the tick's gyro reading over its standard deviation; nan if there is none. With those below it is
-    what a consistent filter leaves: independent from one to the next, mean 0 and variance 1."""
-    odometry_white_0: float = math.nan
-    """The same of the tick's odometry: its first number, and below the part of the second that is independent of it."""
-    odometry_white_1: float = math.nan
     fix_white_0: float = math.nan
-    """The same of the last fix that arrived in the tick: east, and below the part of north that is independent of it.
-    Its variance is that of the data sheet, unweighed."""
+    """Innovation of the last fix that arrived in the tick, east, over its standard deviation; nan if there is none.
+
+    With the next one it is what a consistent filter leaves: independent from one to the next, mean 0 and variance 1.
+    The variance is that of the data sheet, unweighed.
+    """
     fix_white_1: float = math.nan
+    """The same of the part of north that is independent of it."""
     fix_before_0: float = math.nan
     """`fix_white_0` of the moving robot's fix before the last one, bounded; the next is that of `fix_white_1`."""
     fix_before_1: float = math.nan

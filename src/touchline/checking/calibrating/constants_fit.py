@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from touchline.checking.calibrating.robot_constants import Constant, changed
 from touchline.checking.estimating.estimator_inputs import EstimatorInputs
-from touchline.checking.estimating.estimator_run import WHITE_COLUMNS, EstimatorRun, rerun
+from touchline.checking.estimating.estimator_run import EstimatorRun, rerun
 from touchline.onboard.estimation.frame_series import FrameSeries
 from touchline.onboard.filter_model import FIX_DOF
 from touchline.schemas.errors import SpecError
@@ -33,24 +33,6 @@ _TRUST: Final = (10.0, 5.0, 2.0)
 _MOST_ROUNDS: Final = 12
 _CONVERGED: Final = 0.05
 """Change in σ below which it has converged."""
-_FIX: Final = [WHITE_COLUMNS.index(name) for name in ("fix_white_0", "fix_white_1")]
-
-
-class Normal(NamedTuple):
-    """Normal equations of a part of the recording, in multiples of each constant's σ at the start.
-
-    Attributes:
-        information: (k, k) matrix, without what was known before.
-        gradient: (k,) downhill.
-    """
-
-    information: Floats
-    gradient: Floats
-
-    def solved(self, prior: Floats) -> tuple[Floats, Floats]:
-        """Return the solution with (k,) information from before, and its (k, k) covariance."""
-        covariance = np.asarray(np.linalg.inv(self.information + np.diag(prior)), dtype=np.float64)
-        return covariance @ self.gradient, covariance
 
 
 class Fit(NamedTuple):
@@ -59,7 +41,7 @@ class Fit(NamedTuple):
     Attributes:
         changes: (k,) changes of the constants.
         covariance: (k, k) their covariance; what was known before is in it.
-        halves: (2, k) changes that the first and the second half of the recording alone would ask for beyond these.
+        halves: (2, k) changes that either half of the recording alone would ask for in the last round.
         halves_sigma: (2, k) standard deviations of those.
         run: Estimator run with the changed constants.
         converged: Whether further rounds would change nothing.
@@ -93,29 +75,26 @@ def fit_constants(
     """
     runs = _Runs(inputs, setup, constants)
     start = np.array([constant.start_sigma for constant in constants])
-    found, converged, done = np.zeros(len(constants)), False, 0
-    while not converged and done < _MOST_ROUNDS:
+    found, done = np.zeros(len(constants)), 0
+    while True:
         trust = _TRUST[done] if done < len(_TRUST) else 1.0
         white, slopes = runs.innovations(found * start, trust)
-        whole = _normal(white, slopes)
-        target, covariance = whole.solved(np.ones(len(start)))
+        target, covariance = _solved(white, slopes)
         # The prior is about no change at all, so the step has to give back a part of what has been found.
         step = target - covariance @ found
         found = found + step
         done += 1
         converged = done > len(_TRUST) and bool((np.abs(step) < _CONVERGED * np.sqrt(np.diag(covariance))).all())
         progress(done / _MOST_ROUNDS)
-    white, slopes = runs.innovations(found * start, 1.0)
+        if converged or done == _MOST_ROUNDS:
+            break
     middle = len(white) // 2
-    parts = [
-        _normal(white[half], slopes[half]).solved(np.ones(len(start))) for half in (slice(middle), slice(middle, None))
-    ]
-    covariance = _normal(white, slopes).solved(np.ones(len(start)))[1]
+    halves = [_solved(white[half], slopes[half]) for half in (slice(middle), slice(middle, None))]
     return Fit(
         found * start,
         covariance * np.outer(start, start),
-        np.array([solution for solution, _ in parts]) * start,
-        np.array([np.sqrt(np.diag(each)) for _, each in parts]) * start,
+        np.array([solution for solution, _ in halves]) * start,
+        np.array([np.sqrt(np.diag(each)) for _, each in halves]) * start,
         runs.run(found * start, 1.0),
         converged,
     )
@@ -126,7 +105,7 @@ class _Runs:
 
     def __init__(self, inputs: EstimatorInputs, setup: Setup, constants: Sequence[Constant]) -> None:
         self._inputs, self._setup, self._constants = inputs, setup, constants
-        self._frames = _delayed(inputs.frames())
+        self._frames = _delayed(inputs.frames)
         fixes = len(self._frames.fixes)
         if fixes < LEAST_FIXES:
             raise SpecError("the recording", "", f"has {fixes} fixes", f"record a drive with at least {LEAST_FIXES}")
@@ -141,11 +120,11 @@ class _Runs:
 
     def innovations(self, changes: Floats, trust: float) -> tuple[Floats, Floats]:
         """Return (n, 2) whitened innovations of fixes, and (n, 2, k) derivatives by constants over their start σ."""
-        white, slopes = self.run(changes, trust).white[:, _FIX], []
+        white, slopes = self.run(changes, trust).white[:, :2], []
         for index, constant in enumerate(self._constants):
             moved = changes.copy()
             moved[index] += constant.step
-            slope = (self.run(moved, trust).white[:, _FIX] - white) * (constant.start_sigma / constant.step)
+            slope = (self.run(moved, trust).white[:, :2] - white) * (constant.start_sigma / constant.step)
             slopes.append(slope)
         by_constant = np.stack(slopes, axis=-1)
         # A small change may decide whether a fix is taken; what follows from that is no derivative.
@@ -155,11 +134,15 @@ class _Runs:
         return white[smooth], by_constant[smooth]
 
 
-def _normal(white: Floats, slopes: Floats) -> Normal:
-    """Return the normal equations of innovations, those of unlikely fixes weighed as the filter does."""
+def _solved(white: Floats, slopes: Floats) -> tuple[Floats, Floats]:
+    """Return the (k,) changes that make innovations least, and their (k, k) covariance, in multiples of σ at the start.
+
+    Innovations of unlikely fixes are weighed as the filter does.
+    """
     weights = (FIX_DOF + 2.0) / (FIX_DOF - 2.0 + (white**2).sum(axis=1))
-    information = np.einsum("n,nak,nal->kl", weights, slopes, slopes)
-    return Normal(information, -np.einsum("n,nak,na->k", weights, slopes, white))
+    information = np.einsum("n,nak,nal->kl", weights, slopes, slopes) + np.eye(slopes.shape[2])
+    covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
+    return -covariance @ np.einsum("n,nak,na->k", weights, slopes, white), covariance
 
 
 def _delayed(frames: FrameSeries) -> FrameSeries:

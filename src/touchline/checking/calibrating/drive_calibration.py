@@ -20,9 +20,7 @@ from touchline.checking.calibrating.robot_constants import (
     constants_of,
 )
 from touchline.checking.estimating.estimator_inputs import EstimatorInputs
-from touchline.checking.estimating.estimator_run import EstimatorRun, rerun
 from touchline.checking.estimating.innovation_tests import fixes_whiteness
-from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.setup import Setup
 
 _KNOWN: Final = 0.5
@@ -123,21 +121,17 @@ def calibrate(path: Path, robot: str | None, progress: Callable[[float], None] =
     inputs = EstimatorInputs(path, robot)
     constants = constants_of(inputs.setup)
     fit = fit_constants(inputs, inputs.setup, constants, lambda done: progress(0.5 * done))
-    frames = inputs.frames()
     best = changed(inputs.setup, dict(zip(constants, fit.changes.tolist(), strict=True)))
-
-    def run_with(config: OnboardConfig) -> EstimatorRun:
-        return rerun(inputs, best.model_copy(update={"onboard": config}), frames, forgiving=True)
-
-    noise = best_noise(best.onboard, run_with)
+    noise = best_noise(inputs, best, inputs.frames)
     if noise.name:  # constants are as certain as the noise that they have been found in allows
         noisy = inputs.setup.model_copy(update={"onboard": with_changes(inputs.setup.onboard, noise.changes)})
         fit = fit_constants(inputs, noisy, constants, lambda done: progress(0.5 + 0.5 * done))
     progress(1.0)
-    findings = _findings(inputs.setup, constants, fit, motion_of(fit.run), _ROUGHLY if noise.name else 1.0)
+    motion = motion_of(fit.run)
+    findings = _findings(inputs.setup, constants, fit, motion, _ROUGHLY if noise.name else 1.0)
     doubts = tuple(_doubts(fit, noise))
     believed = {} if doubts else {each.constant: each.change for each in findings if not each.against}
-    return Calibration(findings, noise, motion_of(fit.run), doubts, changed(inputs.setup, believed))
+    return Calibration(findings, noise, motion, doubts, changed(inputs.setup, believed))
 
 
 def _findings(
@@ -178,9 +172,8 @@ def _doubts(fit: Fit, noise: NoiseFit) -> list[str]:
             f"chance explains {correlation.lag_1_most:.2f}{explained}"
         )
     counted = fit.run.consistency
-    readings = counted.encoders_rejected + int(np.isfinite(fit.run.white[:, 1]).sum())
-    if counted.encoders_rejected > _REJECTED * max(readings, 1):
-        share = 100.0 * counted.encoders_rejected / readings
+    if counted.encoders_rejected > _REJECTED * fit.run.wheel_readings:
+        share = 100.0 * counted.encoders_rejected / fit.run.wheel_readings
         doubts.append(
             f"the wheels slip ({share:.1f} % of their readings are rejected), which looks like {GYRO_SCALE.name}, "
             f"antenna and {STAMP_OFFSET.name}: calibrate on dry ground"

@@ -8,14 +8,17 @@ with each noise at several sizes, and the best size of each is compared, less a 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from touchline.checking.estimating.estimator_run import WHITE_COLUMNS, EstimatorRun
+from touchline.checking.estimating.estimator_inputs import EstimatorInputs
+from touchline.checking.estimating.estimator_run import EstimatorRun, rerun
+from touchline.onboard.estimation.frame_series import FrameSeries
 from touchline.onboard.filter_model import FIX_DOF
 from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.setup import Setup
 
 NAMED_FROM: Final = 10.0
 """Least advantage over the files' noises, as twice the difference of log-likelihoods, with which a noise is named."""
@@ -88,25 +91,29 @@ def with_changes(config: OnboardConfig, changes: Changes) -> OnboardConfig:
 
 def log_likelihood(run: EstimatorRun) -> float:
     """Return the log-likelihood of a run's fixes, up to a constant: bivariate t about the filter's prediction."""
-    columns = [WHITE_COLUMNS.index(name) for name in ("fix_white_0", "fix_white_1", "fix_log_det")]
-    white = run.white[:, columns]
-    white = white[np.isfinite(white).all(axis=1)]
+    white = run.white[np.isfinite(run.white).all(axis=1)]
     nis = (white[:, :2] ** 2).sum(axis=1)
     return float(-0.5 * (white[:, 2] + (FIX_DOF + 2.0) * np.log1p(nis / (FIX_DOF - 2.0))).sum())
 
 
-def best_noise(config: OnboardConfig, run_with: Callable[[OnboardConfig], EstimatorRun]) -> NoiseFit:
+def best_noise(inputs: EstimatorInputs, setup: Setup, frames: FrameSeries) -> NoiseFit:
     """Return the noise that explains a recording best.
 
     Args:
-        config: The computer's configuration.
-        run_with: Runs the estimator with another one.
+        inputs: The recording.
+        setup: Setup of the robot.
+        frames: Its sensor frames.
     """
-    run = run_with(config)
+
+    def run_with(changes: Changes) -> EstimatorRun:
+        noisy = setup.model_copy(update={"onboard": with_changes(setup.onboard, changes)})
+        return rerun(inputs, noisy, frames, forgiving=True)
+
+    run = run_with({})
     base, count = log_likelihood(run), len(run.fixes)
     found: list[tuple[float, str, Changes]] = [(0.0, "", {})]
-    for noise in noises_of(config):
-        scored = [(log_likelihood(run_with(with_changes(config, size))), size) for size in noise.sizes]
+    for noise in noises_of(setup.onboard):
+        scored = [(log_likelihood(run_with(size)), size) for size in noise.sizes]
         best, size = max(scored, key=lambda each: each[0])
         penalty = len(next(iter(size.values()))) * math.log(max(count, 2)) + 2.0 * math.log(len(noise.sizes))
         found.append((2.0 * (best - base) - penalty, noise.name, size))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -89,8 +90,9 @@ class EstimatorInputs:
                 "give one with a GNSS receiver",
             )
 
+    @cached_property
     def frames(self) -> FrameSeries:
-        """Return the sensor frames of its computer.
+        """Sensor frames of its computer.
 
         Raises:
             NotRebuilt: They cannot be made of the recording.

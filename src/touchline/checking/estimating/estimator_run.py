@@ -30,14 +30,7 @@ TRACK_TICKS: Final = 10
 _SLICE_TICKS = 1000
 
 FIX_COLUMNS: Final = ("time_s", "east_m", "north_m", "innovation_east_m", "innovation_north_m", "nis_weighed", "used")
-WHITE_COLUMNS: Final = (
-    "gyro_white",
-    "odometry_white_0",
-    "odometry_white_1",
-    "fix_white_0",
-    "fix_white_1",
-    "fix_log_det",
-)
+WHITE_COLUMNS: Final = ("fix_white_0", "fix_white_1", "fix_log_det")
 TRACK_COLUMNS: Final = ("time_s", "east_m", "north_m", "heading_rad", "position_sigma_m", "heading_sigma_rad")
 
 
@@ -62,7 +55,7 @@ class EstimatorRun:
         track: (n, TRACK_COLUMNS) estimates, every `TRACK_TICKS`.
         poses: (ticks + 1, 3) estimates of every tick; NaN where there is none.
         covariances: (ticks + 1, 3, 3) covariances of `poses`.
-        white: (ticks + 1, WHITE_COLUMNS) normalised innovations, see `FilterCounters`; NaN where there is none.
+        white: (ticks + 1, WHITE_COLUMNS) normalised innovations of fixes, see `FilterCounters`; NaN where none is.
         reference: (n, 4) time, east, north, heading of the truth or of a reference; heading may be NaN.
         of_antenna: Whether the reference is the antenna's.
         emulated: Whether the reference is an emulator's truth.
@@ -70,6 +63,7 @@ class EstimatorRun:
         starts_s: Times at which the estimator started.
         contradicted_s: Time for which fixes contradicted the estimate.
         consistency: Consistency of the estimator at the end.
+        wheel_readings: Number of readings of the wheels that it has tested.
         problem: Why it could not be run; empty if it was.
         remarks: Further remarks.
     """
@@ -90,6 +84,7 @@ class EstimatorRun:
     starts_s: list[float] = field(default_factory=list)
     contradicted_s: float = 0.0
     consistency: Consistency = field(default_factory=Consistency)
+    wheel_readings: int = 0
     problem: str = ""
     remarks: list[str] = field(default_factory=list)
 
@@ -119,7 +114,7 @@ def run_estimator(
     """
     inputs = EstimatorInputs(path, robot)
     try:
-        run = rerun(inputs, inputs.setup, inputs.frames(), progress)
+        run = rerun(inputs, inputs.setup, inputs.frames, progress)
     except NotRebuilt as error:
         run = EstimatorRun(inputs.setup, inputs.robot, inputs.last_tick / 100, problem=str(error))
     run.receiver, run.remarks = inputs.receiver(), inputs.remarks
@@ -185,6 +180,7 @@ class _Runner:
         run.track = np.concatenate(self._track or [run.track])
         if self.estimator.started:
             sigmas = self.estimator.position_sigma_m, self.estimator.heading_sigma_rad
+            run.wheel_readings = self.estimator.counters.encoders
             run.consistency = report(self.estimator.counters, *sigmas)
 
     def _slice(self, ticks: int) -> None:

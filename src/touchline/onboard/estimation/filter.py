@@ -76,7 +76,7 @@ def take_frame(tick: int, fixes: Sequence[ReceivedFix], count: int, drive: Any, 
     if times.first_tick < 0:
         return
     times.tick = tick
-    _forget_innovations(ring.counters)
+    _forget_innovation(ring.counters)
     advance(ring, drive, tick, max(oldest, times.first_tick + 1), c.buffer.encoder_tick)
     for i in range(count):
         fix = fixes[i]
@@ -89,9 +89,9 @@ def take_frame(tick: int, fixes: Sequence[ReceivedFix], count: int, drive: Any, 
 
 
 @kernel
-def _forget_innovations(n: m.FilterCounters) -> None:
-    """Clear the innovations of the tick before."""
-    n.gyro_white = n.odometry_white_0 = n.odometry_white_1 = n.fix_white_0 = n.fix_white_1 = n.fix_log_det = math.nan
+def _forget_innovation(n: m.FilterCounters) -> None:
+    """Clear the innovation of the tick before."""
+    n.fix_white_0 = n.fix_white_1 = n.fix_log_det = math.nan
 
 
 @kernel

@@ -12,7 +12,7 @@ from touchline.onboard.drives.onboard_drive import OnboardDrive
 from touchline.onboard.estimation.aiding.imu_aiding import STILL_YAW_VAR
 from touchline.onboard.estimation.gauss_markov import bridging_term
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
-from touchline.onboard.estimation.updates import apply, apply_two, nis_of_two, whitened
+from touchline.onboard.estimation.updates import apply, apply_two, nis_of_two
 from touchline.onboard.filter_model import (
     GATE_2_DOF,
     RING,
@@ -138,7 +138,6 @@ def _use_odometry(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, s
     if live:
         n.encoders += 1
         n.encoder_nis_sum += nis
-        n.odometry_white_0, n.odometry_white_1, _ = whitened(P, h, y, r)
         n.encoders_rejected_recent += _SLIP_RECENT * ((1.0 if nis > GATE_2_DOF else 0.0) - n.encoders_rejected_recent)
         if nis > GATE_2_DOF:
             n.encoders_rejected += 1

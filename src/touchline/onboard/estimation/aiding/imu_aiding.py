@@ -196,8 +196,4 @@ def use_gyro(at: TickEstimate, c: FilterFigures, n: FilterCounters, live: bool, 
         row[k] = 0.0
     if not math.isnan(z.gyro_radps) and not _gyro_disputed(at, c, n, live):
         row[YAW_RATE], row[GYRO_BIAS] = 1.0, 1.0
-        innovation = z.gyro_radps - x[YAW_RATE] - x[GYRO_BIAS]
-        if live:
-            s = P[YAW_RATE, YAW_RATE] + 2.0 * P[YAW_RATE, GYRO_BIAS] + P[GYRO_BIAS, GYRO_BIAS] + c.r_gyro
-            n.gyro_white = innovation / math.sqrt(s)
-        apply(x, P, row, innovation, c.r_gyro, g)
+        apply(x, P, row, z.gyro_radps - x[YAW_RATE] - x[GYRO_BIAS], c.r_gyro, g)
