@@ -23,7 +23,7 @@ from touchline.onboard.computer_state import Computer, ReceivedFix
 from touchline.onboard.control import PurePursuitFollower
 from touchline.onboard.control.follower import Asking, FollowerInput, answered
 from touchline.onboard.control.pure_pursuit import PursuitLimits, PursuitMemory, pursue
-from touchline.onboard.estimation.filter import position_sigma, speed_now_mps
+from touchline.onboard.estimation.filter_tick import position_sigma, speed_now_mps
 from touchline.onboard.estimation.report import enter_report
 from touchline.onboard.executive.guided_tick import GuidedCourse, guide, stopping_point
 from touchline.onboard.interface import SensorFrame

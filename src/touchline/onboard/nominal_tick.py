@@ -21,7 +21,7 @@ from touchline.onboard import tracking_state as tracking
 from touchline.onboard.computer_state import Computer, ReceivedFix
 from touchline.onboard.control.path_tracker import STOPPED_MPS, has_arrived, is_held, nozzle_m, observe
 from touchline.onboard.drives.onboard_drive import command as drive_command
-from touchline.onboard.estimation.filter import take_frame
+from touchline.onboard.estimation.filter_tick import take_frame
 from touchline.onboard.executive.failsafe import evaluate_safety
 from touchline.onboard.executive.geofence import FenceArrays
 from touchline.onboard.executive.hazards import NOTHING

@@ -17,7 +17,8 @@ from touchline.onboard.control.follower import Asking, Follower, FollowerInput, 
 from touchline.onboard.control.turn_in_place import PATIENCE_S, Turning, TurnLimits
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import drive_of
-from touchline.onboard.estimation.filter import Estimator, speed_now_mps
+from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.estimation.filter_tick import speed_now_mps
 from touchline.onboard.interface import TICK_S
 from touchline.onboard.protection.way import NOT_LAID, hold_to_cap, lay_along_leg, lay_turn
 from touchline.onboard.trajectory import path_projection as t

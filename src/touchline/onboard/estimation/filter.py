@@ -15,18 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.angles import nearest_turn
-from touchline.core.jit import kernel
 from touchline.core.records import RecordArray
 from touchline.onboard import filter_model as m
-from touchline.onboard.computer_state import Computer, ComputerState, FilterTimes, ReceivedFix
+from touchline.onboard.computer_state import ComputerState, ReceivedFix
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.aiding.encoder_aiding import STILL_TICKS
-from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED, FIX_NONE, enter_fix
+from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
 from touchline.onboard.estimation.calibration import start_learning
-from touchline.onboard.estimation.delayed_fusion import advance, take_fix, take_row
+from touchline.onboard.estimation.delayed_fusion import take_row
+from touchline.onboard.estimation.filter_tick import position_sigma, speed_now_mps, take_frame
 from touchline.onboard.estimation.noise import noise_figures
 from touchline.onboard.estimation.received import received
-from touchline.onboard.estimation.sample_buffer import take_samples
 from touchline.onboard.estimation.standing import JOLT_MPS2
 from touchline.onboard.estimation.tail import CONTRADICTED
 from touchline.onboard.interface import (
@@ -45,7 +44,6 @@ _GATHERED_TICKS = 1000  # of which a jolt is told from the rest
 _MOST_LEAN_MPS2 = 3.0  # of an accelerometer's reading at standstill, beyond its bias: that is a slope of 30 %
 _GATHERED_SIGMAS = 4.0
 _ALIGNED_FIXES = 3
-_LEAD_S = 0.005  # by which a receiver's clock may be ahead and still be believed
 _ALONE = 4.0  # factor on the white variance of a fix that there is nothing to weigh by: it may be one of the tail
 _ACCEPTED_HEADING_VAR = math.radians(0.3) ** 2
 _SEEN_SHARE = 0.5  # of a jump's distance that the receiver has to have moved from one fix to the next
@@ -55,88 +53,6 @@ _PLACE: Final = [m.EAST, m.NORTH]
 _NO_COVARIANCE = np.diag([1e6, 1e6, math.pi**2]).ravel()
 _NO_TWIST_COVARIANCE = np.diag([1e6, 1e6]).ravel()
 _TWIST = np.ix_((m.SPEED, m.YAW_RATE), (m.SPEED, m.YAW_RATE))
-
-
-@kernel
-def take_frame(tick: int, fixes: Sequence[ReceivedFix], count: int, drive: Any, computer: Computer) -> None:
-    """Process the measurements of a tick: samples, then the filter's step, then each fix.
-
-    Args:
-        tick: This tick; none is left out.
-        fixes: (n,) fixes and poses that arrived in it, whenever they were measured.
-        count: Number of them that are valid entries.
-        drive: Figures of the drive.
-        computer: (1,) state with the frame; sample buffer and filter are updated, the filter once it has been started.
-    """
-    c = computer[0]
-    ring, times = c.filter, c.times
-    oldest = take_samples(tick, drive, c)
-    for i in range(count):
-        _note_fix(tick, fixes[i], times)
-    if times.first_tick < 0:
-        return
-    times.tick = tick
-    _forget_innovation(ring.counters)
-    advance(ring, drive, tick, max(oldest, times.first_tick + 1), c.buffer.encoder_tick)
-    for i in range(count):
-        fix = fixes[i]
-        finite = math.isfinite(fix.stamp_s + fix.east_m + fix.north_m + fix.variance_m2)
-        if fix.fix == FIX_NONE or not finite:
-            continue
-        used = take_fix(ring, drive, tick, times.first_tick, enter_fix(fix, ring))
-        if used and fix.fix == FIX_FIXED:
-            times.last_used_stamp_s = max(times.last_used_stamp_s, fix.stamp_s)
-
-
-@kernel
-def _forget_innovation(n: m.FilterCounters) -> None:
-    """Clear the innovation of the tick before."""
-    n.fix_white_0 = n.fix_white_1 = n.fix_log_det = math.nan
-
-
-@kernel
-def _note_fix(tick: int, fix: ReceivedFix, times: FilterTimes) -> None:
-    """Note a fix if it is the newest, and not from the future."""
-    newest = times.fix
-    newer = not times.has_fix or fix.stamp_s > newest.stamp_s
-    if newer and fix.stamp_s <= tick / TICKS_PER_S + _LEAD_S:
-        times.has_fix = True
-        newest.stamp_s, newest.east_m, newest.north_m = fix.stamp_s, fix.east_m, fix.north_m
-        newest.variance_m2, newest.correction_age_s = fix.variance_m2, fix.correction_age_s
-        newest.fix, newest.satellites = fix.fix, fix.satellites
-        newest.heading_rad, newest.heading_variance_rad2 = fix.heading_rad, fix.heading_variance_rad2
-
-
-@kernel
-def speed_now_mps(computer: Computer) -> float:
-    """Return the speed at the end of the tick [m/s].
-
-    The state is the mean of the tick; the accelerometer gives the change over its second half.
-
-    Args:
-        computer: (1,) state.
-    """
-    c = computer[0]
-    slot = c.times.tick % m.RING
-    x, z = c.filter.states[slot], c.filter.inputs[slot]
-    accel_mps2 = c.buffer.accel_mps2 - x[m.ACCEL_BIAS]
-    speed_mps: float = x[m.SPEED]
-    if math.isnan(accel_mps2):
-        return speed_mps
-    if z.still and abs(accel_mps2) > JOLT_MPS2:
-        return speed_mps
-    speed_mps += 0.5 * TICK_S * accel_mps2
-    return speed_mps
-
-
-@kernel
-def position_sigma(P: Floats) -> float:
-    """Return the larger standard deviation of the two horizontal axes [m], slow GNSS error included.
-
-    Args:
-        P: (STATES, STATES) covariance.
-    """
-    return math.sqrt(max(P[m.EAST, m.EAST], P[m.NORTH, m.NORTH]))
 
 
 class AcceptedJump(NamedTuple):

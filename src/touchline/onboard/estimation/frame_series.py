@@ -15,7 +15,7 @@ from touchline.core.arrays import copy
 from touchline.core.jit import kernel
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import Computer, ReceivedFix
-from touchline.onboard.estimation.filter import position_sigma, speed_now_mps, take_frame
+from touchline.onboard.estimation.filter_tick import position_sigma, speed_now_mps, take_frame
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

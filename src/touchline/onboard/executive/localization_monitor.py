@@ -9,7 +9,7 @@ from touchline.core.jit import kernel
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import Computer, ComputerState
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
-from touchline.onboard.estimation.filter import position_sigma
+from touchline.onboard.estimation.filter_tick import position_sigma
 from touchline.onboard.estimation.tail import CONTRADICTED
 from touchline.onboard.interface import TICK_S, TICKS_PER_S
 from touchline.schemas.onboard import CameraSheet, GnssSheet, OnboardConfig

@@ -14,7 +14,7 @@ from touchline.core.records import Record
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import NEVER_SCANNED, ComputerState
 from touchline.onboard.drives.onboard_drive import OnboardDrive
-from touchline.onboard.estimation.filter import speed_now_mps
+from touchline.onboard.estimation.filter_tick import speed_now_mps
 from touchline.onboard.interface import TICK_S, TICKS_PER_S
 from touchline.onboard.perception.hits import Hits
 from touchline.onboard.protection.blind_sector import blind_sector_rad

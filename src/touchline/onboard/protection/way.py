@@ -21,7 +21,7 @@ from touchline.onboard import filter_model as m
 from touchline.onboard import tracking_state as tracking
 from touchline.onboard.computer_state import Computer, WayState
 from touchline.onboard.drives import onboard_drive
-from touchline.onboard.estimation.filter import speed_now_mps
+from touchline.onboard.estimation.filter_tick import speed_now_mps
 from touchline.onboard.interface import TICK_S
 from touchline.onboard.protection.stopping import (
     CREPT_MPS,
