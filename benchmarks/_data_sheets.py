@@ -16,8 +16,10 @@ _SHEETS: dict[str, type[Spec]] = {
 
 
 def data_sheets(scenario: Scenario, **others: Any) -> OnboardConfig:
-    """Create the configuration whose data sheets match the scenario; `others` are its other fields."""
+    """Create the configuration of a robot that is as its files say, without doubt; `others` are its other fields."""
     groups = {
         name: getattr(scenario, name).model_dump(include=set(kind.model_fields)) for name, kind in _SHEETS.items()
     }
+    groups["gnss"] |= {"antenna_sigma_m": 0.0, "stamp_offset_sigma_s": 0.0}
+    groups["imu"] |= {"gyro_scale_sigma": 0.0}
     return OnboardConfig.model_validate(groups | others)

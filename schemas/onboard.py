@@ -52,8 +52,12 @@ class GnssSheet(GrownSpec):
     """Outlying fixes in a row after which a jump is accepted; null: only `resume` accepts one."""
     stamp_offset_s: Annotated[float, Field(ge=-0.2, le=0.2)] = 0.0
     """Time of a fix's measurement less its stamp, as `touchline calibrate` finds it."""
+    stamp_offset_sigma_s: Annotated[float, Field(ge=0, le=0.1)] = 0.01
+    """How well that is known, 1 σ; 0: not to be estimated."""
+    antenna_sigma_m: Annotated[float, Field(ge=0, le=0.1)] = 0.01
+    """How well the antenna's place in the body is known, 1 σ an axis (tape measure: 1 cm); 0: not to be estimated."""
 
-    later_fields = ("jump_fixes", "stamp_offset_s")
+    later_fields = ("jump_fixes", "stamp_offset_s", "stamp_offset_sigma_s", "antenna_sigma_m")
 
 
 class CameraSheet(Spec):
@@ -108,7 +112,10 @@ class ImuSheet(GrownSpec):
     gyro_scale_relative: Annotated[float, Field(ge=-0.1, le=0.1)] = 0.0
     """Share by which the gyro reads more than the true rate, as `touchline calibrate` finds it."""
 
-    later_fields = ("gyro_scale_relative",)
+    gyro_scale_sigma: Annotated[float, Field(ge=0, le=0.1)] = 0.005
+    """How well that is known, 1 σ as a share; 0: not to be estimated."""
+
+    later_fields = ("gyro_scale_relative", "gyro_scale_sigma")
 
 
 class MagnetometerSheet(Spec):

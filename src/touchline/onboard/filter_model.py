@@ -13,9 +13,13 @@ States (index, unit; "tick" is the 10 ms period):
 | ODOMETRY_ERROR (2) | by the drive | Gauss-Markov about its mean: slip; offset of a steering | grass; vehicle |
 | MAG_BIAS | rad | Gauss-Markov plus a walk with rotation (hard iron moves with heading) | data sheet |
 | GNSS_EAST, GNSS_NORTH | m | Gauss-Markov: the slow part of the RTK error | quantiles of a moving receiver |
+| GYRO_SCALE | share | constant: reading over the true rate, less what the files say | configuration |
+| ANTENNA_X, ANTENNA_Y | m | constant: place of the antenna in the body, less what the files say | configuration |
+| STAMP_OFFSET | s | constant: time of a fix's measurement less its stamp, less what the files say | configuration |
 
 The slow GNSS error is what keeps the filter honest: averaging a hundred fixes does not make a centimetre into a
-millimetre when their errors are the same error.
+millimetre when their errors are the same error. The constants do the same for what the files say of the robot: they are
+estimated where its motion tells them, and considered in the covariance until then.
 
 Beside the states five figures are learned that change too slowly to be states (`estimation/calibration`): the slope of
 the ground (two), the bias of the accelerometer's left axis, and the means of the two errors of odometry:
@@ -45,7 +49,14 @@ ODOMETRY_ERROR: Final = 7  # two, of the drive
 MAG_BIAS: Final = 9
 GNSS_EAST: Final = 10
 GNSS_NORTH: Final = 11
-STATES: Final = 12
+GYRO_SCALE: Final = 12
+ANTENNA_X: Final = 13
+ANTENNA_Y: Final = 14
+STAMP_OFFSET: Final = 15
+STATES: Final = 16
+VARYING: Final = GYRO_SCALE
+"""Number of states that vary; those behind are constants of the robot."""
+CONSTANTS: Final = slice(VARYING, STATES)
 
 MOST_UPDATES: Final = 8
 """Largest number of scalar measurements of auxiliary sensors that are used in a tick."""
@@ -173,6 +184,10 @@ class FilterFigures(Record):
     """Reading of the gyro over the true rate."""
     stamp_offset_s: float
     """Time of a fix's measurement less its stamp."""
+    constant_var: Annotated[Floats, 4]
+    """Variances at the start of what the files say of the constants, in the order of the states."""
+    q_constant: Annotated[Floats, 4]
+    """Variances that are added to them: they change with temperature and load."""
     r_gyro: float
     r_mag: float
     r_gnss: float

@@ -331,7 +331,7 @@ class Estimator:
         """
         c, slows = self.ring.figures, [m.GNSS_EAST, m.GNSS_NORTH]
         cos, sin = math.cos(x[m.HEADING]), math.sin(x[m.HEADING])
-        ax, ay = c.antenna_x_m, c.antenna_y_m
+        ax, ay = c.antenna_x_m + x[m.ANTENNA_X], c.antenna_y_m + x[m.ANTENNA_Y]
         x[_PLACE] = fix.east_m - (cos * ax - sin * ay), fix.north_m - (sin * ax + cos * ay)
         x[slows] = 0.0
         p[_PLACE + slows, :] = 0.0
@@ -340,6 +340,7 @@ class Estimator:
         p[_PLACE, slows] = p[slows, _PLACE] = -c.gnss_var
         lever = np.zeros((2, m.STATES))
         lever[:, m.HEADING] = sin * ax + cos * ay, sin * ay - cos * ax
+        lever[:, m.ANTENNA_X], lever[:, m.ANTENNA_Y] = (-cos, -sin), (sin, -cos)
         turned = lever @ p
         p[_PLACE, :] += turned
         p[:, _PLACE] += turned.T
@@ -378,7 +379,8 @@ class Estimator:
         diagonal[m.GYRO_BIAS] = self._gyro_start_var / span_s + 1e-10
         diagonal[m.ACCEL_BIAS] = self._accel_start_var / span_s + 1e-6
         diagonal[m.ODOMETRY_ERROR : m.ODOMETRY_ERROR + 2] = c.slip_var
-        diagonal[m.MAG_BIAS] = c.mag_var
+        diagonal[m.MAG_BIAS], diagonal[m.CONSTANTS] = c.mag_var, c.constant_var
+        x[m.CONSTANTS] = 0.0
         p[:] = np.diag(diagonal)
         # The heading's error is the magnetometer's.
         p[m.HEADING, m.MAG_BIAS] = p[m.MAG_BIAS, m.HEADING] = -c.mag_var

@@ -14,6 +14,7 @@ from touchline.onboard.filter_model import (
     GNSS_EAST,
     GNSS_NORTH,
     GYRO_BIAS,
+    GYRO_SCALE,
     HEADING,
     MAG_BIAS,
     NORTH,
@@ -94,6 +95,8 @@ def predict(x: Floats, P: Floats, accel: float, z: TickInputs, c: FilterFigures)
     # A hard-iron error is a vector fixed in the body: seen as heading it changes as fast as the robot turns.
     P[MAG_BIAS, MAG_BIAS] += c.mag_var * min(abs(turn), 1.0)
     P[GYRO_BIAS, GYRO_BIAS] += c.q_gyro_bias
+    for i in range(len(c.q_constant)):
+        P[GYRO_SCALE + i, GYRO_SCALE + i] += c.q_constant[i]
     # What is not known of the slope acts alike for as long as the robot turns on, and not at all when it only wavers.
     P[ACCEL_BIAS, ACCEL_BIAS] += c.q_accel_bias + z.rise_var * abs(turn) * min(abs(x[YAW_RATE]) * _TURNS_FOR_S, 1.0)
     unsure = _SLIP_ANGLE_SHARE * slip_angle

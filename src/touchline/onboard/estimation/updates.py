@@ -12,14 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.jit import borrowing, kernel
-from touchline.onboard.filter_model import GATE_1_DOF, STATES, UPDATE_VALUE, UPDATE_VARIANCE
+from touchline.onboard.filter_model import GATE_1_DOF, STATES, UPDATE_VALUE, UPDATE_VARIANCE, VARYING
 
 Floats = NDArray[np.float64]
 
 
 @borrowing
-def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g: Floats) -> None:
+def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g: Floats, taught: int) -> None:
     """Update with one number: with S = h P hᵀ + r, x ← x + P hᵀ y/S and P ← P − (P hᵀ)(P hᵀ)ᵀ/S.
+
+    States behind those that are taught are considered: they and their covariance stay, and the others know how wrong
+    they may be (S. F. Schmidt, "Application of State-Space Methods to Navigation Problems", Advances in Control Systems
+    3, 1966).
 
     Args:
         x: (STATES,) state, updated.
@@ -28,6 +32,7 @@ def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g
         innovation: y, measured less expected.
         variance: r, variance of the measurement.
         g: (STATES,) overwritten.
+        taught: Number of states that are taught: `STATES` or `VARYING`.
     """
     s = variance
     for i in range(STATES):
@@ -38,7 +43,7 @@ def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g
                 g[i] += P[k, i] * h[k]  # P is symmetric to the bit: its rows lie together in memory
     for i in range(STATES):
         s += h[i] * g[i]
-    for i in range(STATES):
+    for i in range(taught):
         x[i] += g[i] * innovation / s
         for k in range(i, STATES):
             P[i, k] -= g[i] * g[k] / s
@@ -105,7 +110,7 @@ def whitened(P: Floats, h: Floats, y: tuple[float, float], r: float) -> tuple[fl
 
 
 @kernel
-def apply_two(x: Floats, P: Floats, h: Floats, y: tuple[float, float], r: float, g: Floats) -> None:
+def apply_two(x: Floats, P: Floats, h: Floats, y: tuple[float, float], r: float, g: Floats, taught: int) -> None:
     """Update with two numbers that are measured at once, one by one: the first update corrects the second innovation.
 
     Args:
@@ -115,15 +120,16 @@ def apply_two(x: Floats, P: Floats, h: Floats, y: tuple[float, float], r: float,
         y: Innovations of the first and the second.
         r: Variance of each.
         g: (STATES,) overwritten.
+        taught: Number of states that are taught, as in `apply`.
     """
     y0, y1 = y
     before = np.zeros(STATES)
     for i in range(STATES):
         before[i] = x[i]
-    apply(x, P, h[0], y0, r, g)
+    apply(x, P, h[0], y0, r, g, taught)
     for i in range(STATES):
         y1 -= h[1, i] * (x[i] - before[i])
-    apply(x, P, h[1], y1, r, g)
+    apply(x, P, h[1], y1, r, g, taught)
 
 
 @kernel
@@ -160,4 +166,4 @@ def apply_rows(x: Floats, P: Floats, rows: Floats, count: int, g: Floats) -> Non
         innovation = row[UPDATE_VALUE]
         for i in range(STATES):
             innovation -= row[i] * x[i]
-        apply(x, P, row[:STATES], innovation, row[UPDATE_VARIANCE], g)
+        apply(x, P, row[:STATES], innovation, row[UPDATE_VARIANCE], g, VARYING)

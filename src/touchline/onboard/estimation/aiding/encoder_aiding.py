@@ -1,4 +1,7 @@
-"""Encoders in the filter: odometry of the drive, and standstill."""
+"""Encoders in the filter: odometry of the drive, and standstill.
+
+They do not teach the constants of the robot: wheels that slip would be taken for a gyro that reads too much.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,7 @@ from touchline.onboard.filter_model import (
     RING,
     SPEED,
     STATES,
+    VARYING,
     YAW_RATE,
     FilterCounters,
     FilterFigures,
@@ -110,9 +114,9 @@ def use_encoders(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, sc
         for k in range(STATES):
             row[k] = 0.0
         row[SPEED] = 1.0
-        apply(x, P, row, -x[SPEED], _STILL_SPEED_VAR, g)
+        apply(x, P, row, -x[SPEED], _STILL_SPEED_VAR, g, VARYING)
         row[SPEED], row[YAW_RATE] = 0.0, 1.0
-        apply(x, P, row, -x[YAW_RATE], STILL_YAW_VAR, g)
+        apply(x, P, row, -x[YAW_RATE], STILL_YAW_VAR, g, VARYING)
         if live:
             n.encoders_rejected_recent -= _SLIP_RECENT * n.encoders_rejected_recent
     elif not math.isnan(z.odometry[0]):
@@ -148,4 +152,4 @@ def _use_odometry(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, s
         if n.encoders_rejected_run < _REJECTED_RUN_LIMIT:
             return
         r *= _PATIENCE
-    apply_two(x, P, h, y, r, g)
+    apply_two(x, P, h, y, r, g, VARYING)

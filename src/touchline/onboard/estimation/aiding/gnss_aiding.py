@@ -20,6 +20,8 @@ from touchline.onboard.estimation.tail import bounded, doubt, likelihood, weighe
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
 from touchline.onboard.estimation.updates import apply_two, nis_of_two, whitened
 from touchline.onboard.filter_model import (
+    ANTENNA_X,
+    ANTENNA_Y,
     EAST,
     FIX_DOF,
     GNSS_EAST,
@@ -27,6 +29,7 @@ from touchline.onboard.filter_model import (
     HEADING,
     NORTH,
     SPEED,
+    STAMP_OFFSET,
     STATES,
     YAW_RATE,
     FilterCounters,
@@ -45,6 +48,7 @@ POSITION_FLOOR_M: Final = 0.002
 _LOOSE_FIX_FACTOR = 20.0  # float and single fixes err slowly: their variance counts for two seconds, not for 0.1 s
 _SINGLE_FIX_FLOOR_M2 = 1.0
 _FLOAT_FIX_FLOOR_M2 = 0.04
+_CONSTANT_WALK_RTS = 8e-5  # 2 mm, and 2 ms, in ten minutes [assumed]: a mast gives way, a receiver's load changes
 _RECENT = 0.1  # weight of the newest fix in the running NIS
 
 Floats = NDArray[np.float64]
@@ -69,6 +73,8 @@ def gnss_figures(c: FilterFigures, vehicle: Vehicle, config: OnboardConfig) -> N
     )
     c.gnss_decay = math.exp(-TICK_S / tau)
     c.stamp_offset_s = gnss.stamp_offset_s
+    c.constant_var[1:] = gnss.antenna_sigma_m**2, gnss.antenna_sigma_m**2, gnss.stamp_offset_sigma_s**2
+    c.q_constant[1:] = (_CONSTANT_WALK_RTS**2 * TICK_S,) * 3
     c.r_gnss, c.fix_dof = max(gnss.white_m, POSITION_FLOOR_M) ** 2, FIX_DOF
 
 
@@ -114,11 +120,12 @@ def fix_rows(at: TickEstimate, fix: FixInTick, c: FilterFigures, h: Floats) -> t
         Innovations east and north [m].
     """
     x, _, z = at
-    after = fix.after_s
+    after = fix.after_s + x[STAMP_OFFSET]
     heading = x[HEADING] + x[YAW_RATE] * after
     cos, sin = math.cos(heading), math.sin(heading)
-    arm_e = c.antenna_x_m * cos - c.antenna_y_m * sin
-    arm_n = c.antenna_x_m * sin + c.antenna_y_m * cos
+    forward_m, left_m = c.antenna_x_m + x[ANTENNA_X], c.antenna_y_m + x[ANTENNA_Y]
+    arm_e = forward_m * cos - left_m * sin
+    arm_n = forward_m * sin + left_m * cos
     ahead = x[SPEED] * after
     for k in range(STATES):
         h[0, k], h[1, k] = 0.0, 0.0
@@ -127,6 +134,10 @@ def fix_rows(at: TickEstimate, fix: FixInTick, c: FilterFigures, h: Floats) -> t
     h[0, HEADING], h[1, HEADING] = -arm_n - ahead * sin, arm_e + ahead * cos
     h[0, SPEED], h[1, SPEED] = after * cos, after * sin
     h[0, YAW_RATE], h[1, YAW_RATE] = -arm_n * after, arm_e * after
+    h[0, ANTENNA_X], h[1, ANTENNA_X] = cos, sin
+    h[0, ANTENNA_Y], h[1, ANTENNA_Y] = -sin, cos
+    h[0, STAMP_OFFSET] = x[SPEED] * cos - x[YAW_RATE] * arm_n
+    h[1, STAMP_OFFSET] = x[SPEED] * sin + x[YAW_RATE] * arm_e
     return (
         fix.east_m - (x[EAST] + ahead * cos + arm_e - c.mast_s2 * z.rise_east_mps2 + x[GNSS_EAST]),
         fix.north_m - (x[NORTH] + ahead * sin + arm_n - c.mast_s2 * z.rise_north_mps2 + x[GNSS_NORTH]),
@@ -199,5 +210,5 @@ def use_position(at: TickEstimate, fix: FixInTick, c: FilterFigures, scratch: Sc
     h, g = scratch
     y = fix_rows(at, fix, c, h)
     weighed: float = weighed_variance(P, h, y, fix.variance_m2, c.fix_dof)
-    apply_two(x, P, h, y, weighed, g)
+    apply_two(x, P, h, y, weighed, g, STATES)
     return weighed

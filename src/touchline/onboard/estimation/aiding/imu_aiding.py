@@ -17,10 +17,12 @@ from touchline.onboard.filter_model import (
     ACCEL_BIAS,
     GATE_1_DOF,
     GYRO_BIAS,
+    GYRO_SCALE,
     HEADING,
     RING,
     SPEED,
     STATES,
+    VARYING,
     YAW_RATE,
     FilterCounters,
     FilterFigures,
@@ -40,6 +42,7 @@ _ROUGH_FROM = 0.3**2  # (m/s²)²; noise by the data sheet makes 0.012², drivin
 _SPEED_NOISE_MPS = 0.0005  # per tick, from pitching and vibration, beyond the accelerometer's own noise
 _GYRO_FLOOR_RADPS = 1e-4
 _SIDE_FLOOR_MPS2 = 0.02
+_SCALE_WALK_RTS = 1e-5  # 0.02 % in ten minutes [assumed]: cheap gyros change by 0.03 % per K
 _WARMING_S = 60.0  # over which a bias that drifts with the temperature counts as a random walk
 
 Floats = NDArray[np.float64]
@@ -65,6 +68,8 @@ def imu_figures(c: FilterFigures, config: OnboardConfig) -> None:
     c.q_side_bias = c.q_accel_bias
     c.r_side = imu.accel_density_mps2_rthz**2 / TICK_S + _SIDE_FLOOR_MPS2**2
     c.gyro_scale = 1.0 + imu.gyro_scale_relative
+    c.constant_var[0] = imu.gyro_scale_sigma**2
+    c.q_constant[0] = _SCALE_WALK_RTS**2 * TICK_S
     c.r_gyro = imu.gyro_density_radps_rthz**2 / TICK_S + _GYRO_FLOOR_RADPS**2
 
 
@@ -180,7 +185,7 @@ def _gyro_disputed(at: TickEstimate, c: FilterFigures, n: FilterCounters, live: 
 
 @borrowing
 def use_gyro(at: TickEstimate, c: FilterFigures, n: FilterCounters, live: bool, scratch: Scratch) -> None:
-    """Update with the gyro: yaw rate plus bias.
+    """Update with the gyro: yaw rate, which it reads a little too large or small, plus bias.
 
     Args:
         at: Tick, whose state and covariance are updated.
@@ -195,5 +200,5 @@ def use_gyro(at: TickEstimate, c: FilterFigures, n: FilterCounters, live: bool, 
     for k in range(STATES):
         row[k] = 0.0
     if not math.isnan(z.gyro_radps) and not _gyro_disputed(at, c, n, live):
-        row[YAW_RATE], row[GYRO_BIAS] = 1.0, 1.0
-        apply(x, P, row, z.gyro_radps - x[YAW_RATE] - x[GYRO_BIAS], c.r_gyro, g)
+        row[YAW_RATE], row[GYRO_BIAS], row[GYRO_SCALE] = 1.0 + x[GYRO_SCALE], 1.0, x[YAW_RATE]
+        apply(x, P, row, z.gyro_radps - row[YAW_RATE] * x[YAW_RATE] - x[GYRO_BIAS], c.r_gyro, g, VARYING)

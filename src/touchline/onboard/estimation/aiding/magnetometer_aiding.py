@@ -17,6 +17,7 @@ from touchline.onboard.filter_model import (
     MAG_BIAS,
     RING,
     STATES,
+    VARYING,
     FilterCounters,
     FilterFigures,
 )
@@ -87,4 +88,4 @@ def use_magnetometer(at: TickEstimate, c: FilterFigures, n: FilterCounters, live
         if nis > GATE_1_DOF:
             n.mags_rejected += 1
     if nis <= GATE_1_DOF:
-        apply(x, P, row, y, c.r_mag, g)
+        apply(x, P, row, y, c.r_mag, g, VARYING)
