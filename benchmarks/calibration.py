@@ -58,7 +58,7 @@ def _row(name: str, wrong: Mapping[c.Constant, float], paths: list[Path]) -> Non
     begun_s = time.process_time()
     for path in paths:
         inputs = EstimatorInputs(path, None)
-        inputs.setup = c.changed(inputs.setup, wrong)
+        inputs.setup = c.with_sigmas(c.changed(inputs.setup, wrong), dict.fromkeys(SHOWN, 0.0))
         fit = fit_constants(inputs, inputs.setup, SHOWN)
         errors.append(fit.changes + [wrong.get(each, 0.0) for each in SHOWN])
         floors = [each.floor for each in SHOWN]

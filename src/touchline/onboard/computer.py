@@ -296,15 +296,15 @@ class Onboard:
 
     def decide(self, tick: int) -> Asking[Command]:
         """Finish a tick that estimator and monitors have seen: the executive's part of `step`."""
-        self._report_consistency()
+        self._report_of_itself()
         before = tuple(self._state.command.actuators.tolist())
         command = yield from self._traversal.step(tick)
         if command is self._state.command.standstill:
             command = command._replace(actuators=self._drive.resting(before))
         return self._state.command.give(command)
 
-    def _report_consistency(self) -> None:
-        """Report that the estimator has become inconsistent; that it is consistent again is no event."""
+    def _report_of_itself(self) -> None:
+        """Report what the estimator has found about itself or the robot's files; to be consistent again is no event."""
         counters, findings = self._estimator.counters, self._watch.findings
         if counters.inconsistent and not findings.inconsistent:
             correlation = counters.fix_cross / counters.fix_power
@@ -315,6 +315,12 @@ class Onboard:
                 "than its σ says; `touchline calibrate` looks for the cause in the recording",
             )
         findings.inconsistent = counters.inconsistent
+        new = counters.differing & ~findings.differing
+        for i, constant in enumerate(self._estimator.constants if new else ()):
+            if new >> i & 1:
+                remedy = "the estimate allows for it, `touchline calibrate` writes it to the files"
+                self._log.report(WARN, "files-differ", f"{constant}; {remedy}")
+        findings.differing = counters.differing
 
     def nominal(self, tick: int) -> Nominal | None:
         """Return the inputs of `nominal_tick` for the ticks after `tick`; None if the next one may need a decision."""

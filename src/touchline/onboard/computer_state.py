@@ -181,6 +181,8 @@ class PoseFindings(Record):
     """Time from which the position counts as good again [s]."""
     inconsistent: bool
     """`FilterCounters.inconsistent` as it has been reported."""
+    differing: int
+    """`FilterCounters.differing` as it has been reported."""
 
 
 class SafetyFindings(Record):

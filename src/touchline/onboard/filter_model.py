@@ -136,6 +136,10 @@ class LearnedFigures(Record):
     """Means about which the errors of odometry vary."""
     mean_var: Annotated[Floats, 2]
     """Variances of these means."""
+    constants: Annotated[Floats, 4]
+    """Constants of the robot with which the filter starts, less what the files say; 0 but after a start before."""
+    constant_var: Annotated[Floats, 4]
+    """Their variances."""
     start_east_m: float
     """Position at which the filter started, with the next field; the distance from it shows the unknown scale of
     odometry."""
@@ -283,3 +287,5 @@ class FilterCounters(Record):
     """True if successive innovations are correlated, so that the claimed covariance is not to be believed."""
     fix_log_det: float = math.nan
     """ln det S of that fix's innovation, S in m²."""
+    differing: int
+    """Constants that differ from the robot's files for certain, a bit each, in the order of the states."""

@@ -27,8 +27,8 @@ from touchline.onboard.executive.geofence import FenceArrays
 from touchline.onboard.executive.hazards import NOTHING
 from touchline.onboard.executive.localization_monitor import (
     GOOD,
-    changes_consistency,
     evaluate_pose,
+    has_news_of_itself,
     speaks_against_driving,
     speaks_against_painting,
 )
@@ -96,7 +96,7 @@ def steer(computer: Computer, course: CourseArrays, saved: Floats) -> int:
     c = computer[0]
     if c.safety.emergency != NOTHING or c.safety.stop != NOTHING or speaks_against_driving(computer) != GOOD:
         return DECIDE
-    if changes_consistency(computer):
+    if has_news_of_itself(computer):
         return DECIDE
     if c.way.on:
         watch_way(computer)

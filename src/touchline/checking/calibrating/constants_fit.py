@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.checking.calibrating.robot_constants import Constant, changed
+from touchline.checking.calibrating.robot_constants import Constant, changed, with_sigmas
 from touchline.checking.estimating.estimator_inputs import EstimatorInputs
 from touchline.checking.estimating.estimator_run import EstimatorRun, rerun
 from touchline.onboard.estimation.frame_series import FrameSeries
@@ -104,7 +104,8 @@ class _Runs:
     """Estimator runs with changed constants."""
 
     def __init__(self, inputs: EstimatorInputs, setup: Setup, constants: Sequence[Constant]) -> None:
-        self._inputs, self._setup, self._constants = inputs, setup, constants
+        certain = with_sigmas(setup, dict.fromkeys(constants, 0.0))  # the filter is to leave them as they are
+        self._inputs, self._setup, self._constants = inputs, certain, constants
         self._frames = _delayed(inputs.frames)
         fixes = len(self._frames.fixes)
         if fixes < LEAST_FIXES:

@@ -18,6 +18,7 @@ from touchline.checking.calibrating.robot_constants import (
     Constant,
     changed,
     constants_of,
+    with_sigmas,
 )
 from touchline.checking.estimating.estimator_inputs import EstimatorInputs
 from touchline.checking.estimating.innovation_tests import fixes_whiteness
@@ -121,7 +122,8 @@ def calibrate(path: Path, robot: str | None, progress: Callable[[float], None] =
     inputs = EstimatorInputs(path, robot)
     constants = constants_of(inputs.setup)
     fit = fit_constants(inputs, inputs.setup, constants, lambda done: progress(0.5 * done))
-    best = changed(inputs.setup, dict(zip(constants, fit.changes.tolist(), strict=True)))
+    certain = with_sigmas(inputs.setup, dict.fromkeys(constants, 0.0))
+    best = changed(certain, dict(zip(constants, fit.changes.tolist(), strict=True)))
     noise = best_noise(inputs, best, inputs.frames)
     if noise.name:  # constants are as certain as the noise that they have been found in allows
         noisy = inputs.setup.model_copy(update={"onboard": with_changes(inputs.setup.onboard, noise.changes)})
@@ -130,8 +132,10 @@ def calibrate(path: Path, robot: str | None, progress: Callable[[float], None] =
     motion = motion_of(fit.run)
     findings = _findings(inputs.setup, constants, fit, motion, _ROUGHLY if noise.name else 1.0)
     doubts = tuple(_doubts(fit, noise))
-    believed = {} if doubts else {each.constant: each.change for each in findings if not each.against}
-    return Calibration(findings, noise, motion, doubts, changed(inputs.setup, believed))
+    believed = [each for each in findings if not each.against and not doubts]
+    setup = changed(inputs.setup, {each.constant: each.change for each in believed})
+    sigmas = {each.constant: each.sigma for each in believed}
+    return Calibration(findings, noise, motion, doubts, with_sigmas(setup, sigmas))
 
 
 def _findings(

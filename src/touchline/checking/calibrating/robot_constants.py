@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import reduce
 from typing import Any, Final, NamedTuple, TypeVar, cast
 
+from touchline.onboard.estimation.learned_constants import FLOORS
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec
 
@@ -18,6 +19,7 @@ class Constant(NamedTuple):
     Attributes:
         name: Name for people.
         path: Fields that lead to it in the setup.
+        sigma_path: Fields that lead to its standard deviation in the setup; empty if the estimator does not learn it.
         unit: Its unit, and that of all following.
         start_sigma: Standard deviation of what the files say, before a drive.
         floor: Smallest standard deviation that is claimed: slip that the filter does not model looks like this much.
@@ -28,6 +30,7 @@ class Constant(NamedTuple):
 
     name: str
     path: tuple[str, ...]
+    sigma_path: tuple[str, ...]
     unit: str
     start_sigma: float
     floor: float
@@ -46,24 +49,63 @@ class Constant(NamedTuple):
 
 
 GYRO_SCALE: Final = Constant(
-    "gyro scale", ("onboard", "imu", "gyro_scale_relative"), "", 0.01, 2e-4, 0.05, 2e-5, ("turns_both_ways",)
+    name="gyro scale",
+    path=("onboard", "imu", "gyro_scale_relative"),
+    sigma_path=("onboard", "imu", "gyro_scale_sigma"),
+    unit="",
+    start_sigma=0.01,
+    floor=FLOORS[0],
+    most=0.05,
+    step=2e-5,
+    needs=("turns_both_ways",),
 )
 ANTENNA_X: Final = Constant(
-    "antenna forward", ("vehicle", "body", "gnss_antenna_x_m"), "m", 0.02, 0.002, 0.1, 1e-4, ("turns_about",)
+    name="antenna forward",
+    path=("vehicle", "body", "gnss_antenna_x_m"),
+    sigma_path=("onboard", "gnss", "antenna_sigma_m"),
+    unit="m",
+    start_sigma=0.02,
+    floor=FLOORS[1],
+    most=0.1,
+    step=1e-4,
+    needs=("turns_about",),
 )
-ANTENNA_Y: Final = Constant(
-    "antenna left", ("vehicle", "body", "gnss_antenna_y_m"), "m", 0.02, 0.002, 0.1, 1e-4, ("turns_about",)
+ANTENNA_Y: Final = ANTENNA_X._replace(
+    name="antenna left", path=("vehicle", "body", "gnss_antenna_y_m"), floor=FLOORS[2]
 )
 STAMP_OFFSET: Final = Constant(
-    "stamp offset", ("onboard", "gnss", "stamp_offset_s"), "s", 0.02, 0.002, 0.2, 1e-4, ("changes_speed",)
+    name="stamp offset",
+    path=("onboard", "gnss", "stamp_offset_s"),
+    sigma_path=("onboard", "gnss", "stamp_offset_sigma_s"),
+    unit="s",
+    start_sigma=0.02,
+    floor=FLOORS[3],
+    most=0.2,
+    step=1e-4,
+    needs=("changes_speed",),
 )
 TRACK: Final = Constant(
-    "track width", ("vehicle", "drive", "track_width_m"), "m", 0.005, 0.001, 0.05, 5e-5, ("turns_both_ways",)
+    name="track width",
+    path=("vehicle", "drive", "track_width_m"),
+    sigma_path=(),
+    unit="m",
+    start_sigma=0.005,
+    floor=0.001,
+    most=0.05,
+    step=5e-5,
+    needs=("turns_both_ways",),
 )
 SIDE_SLIP: Final = Constant(
-    "side slip", ("vehicle", "drive", "side_slip_rad_per_mps2"), "rad s²/m", 0.005, 0.001, 0.05, 1e-5,
-    ("changes_speed", "turns_both_ways"),
-)  # fmt: skip
+    name="side slip",
+    path=("vehicle", "drive", "side_slip_rad_per_mps2"),
+    sigma_path=(),
+    unit="rad s²/m",
+    start_sigma=0.005,
+    floor=0.001,
+    most=0.05,
+    step=1e-5,
+    needs=("changes_speed", "turns_both_ways"),
+)
 CONSTANTS: Final = (GYRO_SCALE, ANTENNA_X, ANTENNA_Y, STAMP_OFFSET, TRACK, SIDE_SLIP)
 
 
@@ -76,6 +118,17 @@ def changed(setup: Setup, changes: Mapping[Constant, float]) -> Setup:
     """Return a setup in which constants have been changed by so much."""
     for constant, change in changes.items():
         setup = _put(setup, constant.path, constant.of(setup) + change)
+    return setup
+
+
+def with_sigmas(setup: Setup, sigmas: Mapping[Constant, float]) -> Setup:
+    """Return a setup that says how well constants are known; a field of two has the larger σ."""
+    largest: dict[tuple[str, ...], float] = {}
+    for constant, sigma in sigmas.items():
+        if constant.sigma_path:
+            largest[constant.sigma_path] = max(sigma, largest.get(constant.sigma_path, 0.0))
+    for path, sigma in largest.items():
+        setup = _put(setup, path, sigma)
     return setup
 
 

@@ -25,6 +25,7 @@ SIGMA_FACTOR: Final = 10.0
 MOST_WHEEL_NIS: Final = 2.5
 """Largest mean NIS of the wheels' readings, of which 2 is expected, within the estimator's assumptions."""
 _THREE_SIGMA: Final = 9.0
+_UNIT_NAMES: Final = {"%": "pct", "mm": "mm", "ms": "ms"}
 CHI2_95: Final = 5.991464547107979
 """Quantile of χ² with 2 degrees of freedom."""
 
@@ -44,6 +45,7 @@ def estimate_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any]:
             "contradicted_s": run.contradicted_s,
         },
         "consistency": _consistency(run),
+        "differs_from_files": _constants(run),
         "error": error_figures(run, alignment),
         "verdict": verdict(run),
     }
@@ -94,6 +96,14 @@ def _consistency(run: EstimatorRun) -> dict[str, Any] | None:
         "wheels_rejected": counted.encoders_rejected,
         "position_sigma_m": counted.position_sigma_m,
         "heading_sigma_rad": counted.heading_sigma_rad,
+    }
+
+
+def _constants(run: EstimatorRun) -> dict[str, Any]:
+    """Return what the robot's constants differ by from its files; what the drive has not told is None."""
+    return {
+        f"{each.name.replace(' ', '_')}_{_UNIT_NAMES[each.unit]}": [each.difference, each.sigma] if each.told else None
+        for each in run.constants
     }
 
 

@@ -17,6 +17,7 @@ from touchline.checking.recorded_session import NotRebuilt
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
 from touchline.onboard.estimation.filter import AcceptedJump
 from touchline.onboard.estimation.frame_series import COVARIANCE, SIGMAS, TWIST_COVARIANCE, FrameSeries
+from touchline.onboard.estimation.learned_constants import LearnedConstant
 from touchline.onboard.estimation.report import report
 from touchline.onboard.estimation.tail import CONTRADICTED
 from touchline.onboard.filter_model import FIX_DOF, FilterCounters
@@ -63,6 +64,7 @@ class EstimatorRun:
         starts_s: Times at which the estimator started.
         contradicted_s: Time for which fixes contradicted the estimate.
         consistency: Consistency of the estimator at the end.
+        constants: Constants of the robot as it has learned them, at the end.
         wheel_readings: Number of readings of the wheels that it has tested.
         problem: Why it could not be run; empty if it was.
         remarks: Further remarks.
@@ -84,6 +86,7 @@ class EstimatorRun:
     starts_s: list[float] = field(default_factory=list)
     contradicted_s: float = 0.0
     consistency: Consistency = field(default_factory=Consistency)
+    constants: tuple[LearnedConstant, ...] = ()
     wheel_readings: int = 0
     problem: str = ""
     remarks: list[str] = field(default_factory=list)
@@ -180,6 +183,7 @@ class _Runner:
         run.track = np.concatenate(self._track or [run.track])
         if self.estimator.started:
             sigmas = self.estimator.position_sigma_m, self.estimator.heading_sigma_rad
+            run.constants = self.estimator.constants
             run.wheel_readings = self.estimator.counters.encoders
             run.consistency = report(self.estimator.counters, *sigmas)
 

@@ -50,7 +50,13 @@ def start_learning(c: FilterFigures, learned: LearnedFigures) -> None:
         c: Figures of the filter.
         learned: Learned figures, updated.
     """
-    learned.reset(bias_var=c.side_bias_var, east_var=c.rise_var, north_var=c.rise_var, mean_var=c.mean_slip_var)
+    learned.reset(
+        bias_var=c.side_bias_var,
+        east_var=c.rise_var,
+        north_var=c.rise_var,
+        mean_var=c.mean_slip_var,
+        constant_var=c.constant_var,
+    )
 
 
 @kernel

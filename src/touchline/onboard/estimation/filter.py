@@ -24,6 +24,7 @@ from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
 from touchline.onboard.estimation.calibration import start_learning
 from touchline.onboard.estimation.delayed_fusion import take_row
 from touchline.onboard.estimation.filter_tick import position_sigma, speed_now_mps, take_frame
+from touchline.onboard.estimation.learned_constants import LearnedConstant, learned_constants
 from touchline.onboard.estimation.noise import noise_figures
 from touchline.onboard.estimation.received import received
 from touchline.onboard.estimation.standing import JOLT_MPS2
@@ -100,7 +101,7 @@ class Gathered(NamedTuple):
 
 
 class Estimator:
-    """12-state EKF on `SensorFrame`s alone; its states are in `filter_model`, its noise figures in `noise`.
+    """16-state EKF on `SensorFrame`s alone; its states are in `filter_model`, its noise figures in `noise`.
 
     It starts in the tick in which the first RTK-fixed position arrives after a quarter of a second at standstill:
     gyro and accelerometer bias from their means, heading from the magnetometer, position from the fix. A camera's pose
@@ -134,12 +135,16 @@ class Estimator:
             told: Pose by people's knowledge: east [m], north [m], heading [rad]; odometry alone has nothing else.
         """
         self._told_pose = told
+        known = (self.state[m.CONSTANTS].copy(), np.diag(self.covariance)[m.CONSTANTS].copy()) if self.started else None
         self.times.reset()
         self._gather_anew()
         self.ring.fixes.reset()
         self.ring.update_counts[:] = 0
         self.ring.inputs.reset()  # nothing of it is learned from
-        start_learning(self.ring.figures, self.ring.learned)
+        learned = self.ring.learned
+        start_learning(self.ring.figures, learned)
+        if known is not None:  # wherever it has been carried, it is the same robot
+            learned.constants[:], learned.constant_var[:] = known
         self.counters.reset()
 
     @property
@@ -210,6 +215,11 @@ class Estimator:
         """Covariance of the current state, (STATES, STATES); a view."""
         matrix: Floats = self.ring.covariances[self._slot]
         return matrix
+
+    @property
+    def constants(self) -> tuple[LearnedConstant, ...]:
+        """Constants of the robot as they have been learned; none before there is an estimate."""
+        return learned_constants(self.state, self.covariance, self.ring.figures) if self.started else ()
 
     @property
     def position_sigma_m(self) -> float:
@@ -379,8 +389,8 @@ class Estimator:
         diagonal[m.GYRO_BIAS] = self._gyro_start_var / span_s + 1e-10
         diagonal[m.ACCEL_BIAS] = self._accel_start_var / span_s + 1e-6
         diagonal[m.ODOMETRY_ERROR : m.ODOMETRY_ERROR + 2] = c.slip_var
-        diagonal[m.MAG_BIAS], diagonal[m.CONSTANTS] = c.mag_var, c.constant_var
-        x[m.CONSTANTS] = 0.0
+        diagonal[m.MAG_BIAS], diagonal[m.CONSTANTS] = c.mag_var, self.ring.learned.constant_var
+        x[m.CONSTANTS] = self.ring.learned.constants
         p[:] = np.diag(diagonal)
         # The heading's error is the magnetometer's.
         p[m.HEADING, m.MAG_BIAS] = p[m.MAG_BIAS, m.HEADING] = -c.mag_var

@@ -14,6 +14,7 @@ from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import Computer, FilterTimes, ReceivedFix
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED, FIX_NONE, enter_fix
 from touchline.onboard.estimation.delayed_fusion import advance, take_fix
+from touchline.onboard.estimation.learned_constants import note_differences
 from touchline.onboard.estimation.sample_buffer import take_samples
 from touchline.onboard.estimation.standing import JOLT_MPS2
 from touchline.onboard.interface import TICK_S, TICKS_PER_S
@@ -50,6 +51,8 @@ def take_frame(tick: int, fixes: Sequence[ReceivedFix], count: int, drive: Any, 
         if fix.fix == FIX_NONE or not finite:
             continue
         used = take_fix(ring, drive, tick, times.first_tick, enter_fix(fix, ring))
+        if used:
+            note_differences(ring.states[tick % m.RING], ring.covariances[tick % m.RING], ring.counters)
         if used and fix.fix == FIX_FIXED:
             times.last_used_stamp_s = max(times.last_used_stamp_s, fix.stamp_s)
 

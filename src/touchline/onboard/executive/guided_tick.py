@@ -20,7 +20,7 @@ from touchline.onboard.drives.onboard_drive import command as drive_command
 from touchline.onboard.drives.onboard_drive import twist as drive_twist
 from touchline.onboard.executive.geofence import FenceArrays
 from touchline.onboard.executive.hazards import NOTHING
-from touchline.onboard.executive.localization_monitor import GOOD, changes_consistency, speaks_against_driving
+from touchline.onboard.executive.localization_monitor import GOOD, has_news_of_itself, speaks_against_driving
 from touchline.onboard.interface import TICK_S
 from touchline.onboard.protection.way import CLEAR, hold_to_cap, watch_way
 
@@ -149,7 +149,7 @@ def guide(computer: Computer, course: GuidedCourse) -> bool:
     c = computer[0]
     if c.safety.emergency != NOTHING or c.safety.stop != NOTHING or speaks_against_driving(computer) != GOOD:
         return False
-    if changes_consistency(computer):
+    if has_news_of_itself(computer):
         return False
     if c.way.on:
         watch_way(computer)

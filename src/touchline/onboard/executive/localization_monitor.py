@@ -169,11 +169,12 @@ def speaks_against_driving(computer: Computer) -> int:
 
 
 @kernel
-def changes_consistency(computer: Computer) -> bool:
-    """Return whether the estimator has become inconsistent, or consistent again, and nobody has been told."""
+def has_news_of_itself(computer: Computer) -> bool:
+    """Return whether the estimator has found something about itself, or the robot's files, that is not reported yet."""
     c = computer[0]
-    changed: bool = c.filter.counters.inconsistent != c.pose.inconsistent
-    return changed
+    n = c.filter.counters
+    news: bool = n.inconsistent != c.pose.inconsistent or n.differing != c.pose.differing
+    return news
 
 
 @kernel

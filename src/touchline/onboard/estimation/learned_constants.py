@@ -1,0 +1,81 @@
+"""Constants of the robot as the estimator has learned them, beside what the robot's files say."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.jit import kernel
+from touchline.onboard.filter_model import CONSTANTS, VARYING, FilterCounters, FilterFigures
+
+Floats = NDArray[np.float64]
+
+NAMES: Final = ("gyro scale", "antenna forward", "antenna left", "stamp offset")
+"""Names for people, in the order of the states; this and all following."""
+UNITS: Final = ("%", "mm", "mm", "ms")
+_SHOWN: Final = (100.0, 1000.0, 1000.0, 1000.0)
+FLOORS: Final = (2e-4, 0.002, 0.002, 0.002)
+"""Smallest σ that is claimed, in SI units: slip that the estimator does not model looks like that much."""
+_LEAST: Final = (8e-4, 0.004, 0.004, 0.005)
+"""Smallest difference from the files that is reported."""
+_CERTAIN: Final = 5.0
+"""σ from which a difference is reported."""
+_TOLD: Final = 0.5
+"""Share of its σ at the start that a constant's is at most once motion has told it."""
+
+
+class LearnedConstant(NamedTuple):
+    """Constant of the robot.
+
+    Attributes:
+        name: Name for people.
+        difference: Its value less that of the robot's files, in `unit`.
+        sigma: Standard deviation of that.
+        unit: Unit for people.
+        told: Whether the motion so far has told it.
+    """
+
+    name: str
+    difference: float
+    sigma: float
+    unit: str
+    told: bool
+
+    def __str__(self) -> str:
+        """Return the sentence about a difference."""
+        return f"{self.name} differs from the robot's files by {self.difference:+.2g} ± {self.sigma:.1g} {self.unit}"
+
+
+def learned_constants(state: Floats, covariance: Floats, figures: FilterFigures) -> tuple[LearnedConstant, ...]:
+    """Return the constants, in the order of the states; one whose σ at the start is 0 is never told.
+
+    Args:
+        state: (STATES,) state of the filter.
+        covariance: (STATES, STATES) its covariance.
+        figures: Figures of the filter.
+    """
+    sigmas = np.maximum(np.sqrt(np.diag(covariance)[CONSTANTS]), FLOORS)
+    told = sigmas <= _TOLD * np.sqrt(figures.constant_var)
+    rows = zip(NAMES, state[CONSTANTS], sigmas, UNITS, told, _SHOWN, strict=True)
+    return tuple(
+        LearnedConstant(name, float(value) * shown, float(sigma) * shown, unit, bool(known))
+        for name, value, sigma, unit, known, shown in rows
+    )
+
+
+@kernel
+def note_differences(x: Floats, P: Floats, n: FilterCounters) -> None:
+    """Note which constants differ from the robot's files for certain.
+
+    Args:
+        x: (STATES,) state.
+        P: (STATES, STATES) its covariance.
+        n: Counters, updated.
+    """
+    for i in range(len(_LEAST)):
+        k = VARYING + i
+        if abs(x[k]) > max(_CERTAIN * math.sqrt(P[k, k]), _LEAST[i]):
+            n.differing |= 1 << i
