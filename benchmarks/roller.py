@@ -17,12 +17,16 @@ from benchmarks.estimator import Check, EmulatedRobot, error
 from touchline.onboard import filter_model as m
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.interface import SensorFrame
-from touchline.schemas.onboard import DriveSheet, OnboardConfig
+from touchline.schemas.onboard import DriveSheet, GnssSheet, ImuSheet, OnboardConfig
 from touchline.schemas.scenario import Ground, Scenario
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER as VEHICLE
 
 CLAY = Scenario(ground=Ground(surface="clay"))
-ONBOARD = OnboardConfig(drive=DriveSheet(slip_relative=0.03))
+ONBOARD = OnboardConfig(
+    drive=DriveSheet(slip_relative=0.03),
+    gnss=GnssSheet(antenna_sigma_m=0.0, stamp_offset_sigma_s=0.0),
+    imu=ImuSheet(gyro_scale_sigma=0.0),
+)
 """The computer of a robot for clay, on which wheels slip half as much again as on grass."""
 STAND_TICKS = 90
 CHECK_FROM, CHECK_TO, CHECK_EVERY = 2000, 6000, 200

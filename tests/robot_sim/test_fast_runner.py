@@ -114,15 +114,36 @@ def test_the_loop_is_the_ticks(follower, listen_from):
 
 @pytest.mark.parametrize(
     ("sheets", "reported"),
-    [({}, False), ({"gnss": {"stamp_offset_s": 0.05}}, True), ({"imu": {"gyro_scale_relative": 0.1}}, True)],
+    [
+        ({}, False),
+        ({"gnss": {"stamp_offset_s": 0.05, "stamp_offset_sigma_s": 0.0}}, True),
+        ({"imu": {"gyro_scale_relative": 0.1, "gyro_scale_sigma": 0.0}}, True),
+    ],
     ids=["right", "stamps", "gyro"],
 )
-def test_a_robot_whose_files_are_wrong_says_that_its_estimate_is_inconsistent(sheets, reported):
+def test_a_robot_that_is_sure_of_wrong_files_says_that_its_estimate_is_inconsistent(sheets, reported):
     said, *_ = assert_same(Scenario(seed=4), 300, follower="pure-pursuit", **sheets)
     events = [decode(Event, payload) for topic, payload in said if topic is topics.EVENTS]
     texts = [event.text for event in events if event.code == "estimate-inconsistent"]
     assert len(texts) == reported
     assert all("successive innovations of fixes are correlated by 0.1" in text for text in texts)
+
+
+@pytest.mark.parametrize(
+    ("sheets", "said"),
+    [
+        ({}, ""),
+        ({"gnss": {"stamp_offset_s": 0.05}}, "stamp offset differs from the robot's files by -"),
+        ({"imu": {"gyro_scale_relative": 0.03}}, "gyro scale differs from the robot's files by -"),
+    ],
+    ids=["right", "stamps", "gyro"],
+)
+def test_a_robot_tells_what_its_files_are_wrong_about(sheets, said):
+    payloads, *_ = assert_same(Scenario(seed=4), 300, follower="pure-pursuit", **sheets)
+    events = [decode(Event, payload) for topic, payload in payloads if topic is topics.EVENTS]
+    texts = [event.text for event in events if event.code == "files-differ"]
+    assert len(texts) == bool(said)
+    assert all(text.startswith(said) for text in texts)
 
 
 @pytest.mark.parametrize(

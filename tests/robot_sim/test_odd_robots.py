@@ -58,7 +58,7 @@ def test_a_robot_that_was_told_wrong_of_its_receiver_believes_too_much_of_it():
     """Same world, same seed: only the data sheet differs."""
     world = Scenario(seed=2, gnss=GnssNoise(white_m=0.02, gauss_markov_1_m=0.01, gauss_markov_2_m=0.01))
     job, found = Job.prepare(TEE, PlanOptions()), []
-    for config in (data_sheets(world), OnboardConfig()):
+    for config in (data_sheets(world), data_sheets(Scenario())):
         robot = Emulator(Vehicle(), world, config)
         robot.load(job.trajectory)
         robot.start()

@@ -191,7 +191,7 @@ def test_both_followers_drive_it_both_ways(follower: str) -> None:
 
 def test_the_mpc_does_not_weave_after_a_step_of_curvature() -> None:
     off, _ = driven_to_the_end(sent("mpc", trajectory=SLID_ASIDE))
-    assert np.percentile(off, 95) < 0.02 and off.max() < 0.04
+    assert np.percentile(off, 95) < 0.022 and off.max() < 0.04
 
 
 @pytest.mark.parametrize(

@@ -66,7 +66,7 @@ def test_a_plan_for_dry_grass_is_driven_to_the_end_of_the_grip(follower: str, se
         beneath = state.speed_mps + np.array((-0.5, 0.5)) * Vehicle().drive.track_width_m * state.yaw_rate_radps
         slid = Vehicle().drive.wheel_radius_m * emulator.world.drive.rate_radps - beneath
         worst = max(worst, float(np.abs(slid).max()))
-    assert worst > 0.15  # the plan asks for all of the grip
+    assert worst > 0.1  # the plan asks for all of the grip
     assert emulator.onboard.state == TraversalStatus.DONE
     assert [event.text for event in emulator.take_events() if event.severity] == []
     metrics = emulator.metrics()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Final, NamedTuple, Self
 
@@ -43,8 +43,7 @@ def first_differing_component(
         return first.part
     parts = {part: [each for each in seen if each.part == part] for part in PARTS}
     until_s = min(each.until_s for each in seen)
-    may_be_first = [part for part, some in parts.items() if some and max(each.from_s for each in some) <= until_s]
-    return next(iter(may_be_first), first.part)
+    return next((part for part, some in parts.items() if some and _may_be_first(some, until_s)), first.part)
 
 
 class _Seen(NamedTuple):
@@ -65,3 +64,12 @@ class _Seen(NamedTuple):
         rate_hz = topics.TOPIC_BY_NAME[found.topic].rate_hz
         between_s = 1.0 / rate_hz - 0.01 if rate_hz else 0.0
         return cls(found.part, round(found.time_s - between_s, 6), round(found.time_s, 6))
+
+
+def _may_be_first(seen: Sequence[_Seen], until_s: float) -> bool:
+    """Return whether differences of a component may have begun by then, when the first of all was seen.
+
+    Topics of a component that are published seldom say little about when: the latest begin counts, unless the component
+    itself shows the first difference.
+    """
+    return max(each.from_s for each in seen) <= until_s or min(each.until_s for each in seen) <= until_s
