@@ -124,7 +124,7 @@ def monte_carlo(make: Callable[[int], Robot], scenario: Scenario, runs: int) -> 
             plain.step(frame)
             if tick >= CHECK_FROM and (tick - CHECK_FROM) % CHECK_EVERY == 0:
                 e, p = error(robot.pose, estimator.state), error(robot.pose, plain.state)
-                rows[0].append(float(e @ np.linalg.solve(estimator.covariance[:3, :3], e)))
+                rows[0].append(float(e @ np.linalg.solve(estimator.pose_covariance, e)))
                 rows[1].append(float(estimator.counters.fix_nis_last))
                 rows[2].append(float(p @ np.linalg.solve(plain.covariance, p)))
                 errors.append(e)
@@ -157,7 +157,7 @@ def outages(make: Callable[[int], Robot], runs: int) -> tuple[float, float, floa
             estimator.step(frame)
             plain.step(frame)
         e, p = error(robot.pose, estimator.state)[:2], error(robot.pose, plain.state)[:2]
-        inside += bool(e @ np.linalg.solve(estimator.covariance[:2, :2], e) <= bound)
+        inside += bool(e @ np.linalg.solve(estimator.pose_covariance[:2, :2], e) <= bound)
         plain_inside += bool(p @ np.linalg.solve(plain.covariance[:2, :2], p) <= bound)
         lengths.append(float(np.hypot(*e)))
         plain_lengths.append(float(np.hypot(*p)))

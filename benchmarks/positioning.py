@@ -78,12 +78,12 @@ class OpenLoopRobot:
     @property
     def nees(self) -> float:
         """NEES of the pose; 3 expected."""
-        return float(self.error @ np.linalg.solve(self.estimator.covariance[:3, :3], self.error))
+        return float(self.error @ np.linalg.solve(self.estimator.pose_covariance, self.error))
 
     @property
     def within_3_sigma(self) -> bool:
         """True if the position is within 3 σ."""
-        e, p = self.error[:2], self.estimator.covariance[:2, :2]
+        e, p = self.error[:2], self.estimator.pose_covariance[:2, :2]
         return bool(e @ np.linalg.solve(p, e) <= chdtri(2, OUTSIDE_3_SIGMA))
 
 

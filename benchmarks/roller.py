@@ -91,7 +91,7 @@ class Run(NamedTuple):
     def nees(self) -> float:
         """NEES of position and heading; 3 expected."""
         e = error(self.roller.pose, self.estimator.state)
-        return float(e @ np.linalg.solve(self.estimator.covariance[:3, :3], e))
+        return float(e @ np.linalg.solve(self.estimator.pose_covariance, e))
 
     @property
     def offset_error_rad(self) -> float:

@@ -23,7 +23,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, NamedTuple, Self
 
-from touchline.onboard.interface import Checkpoint
+from touchline.onboard.interface import LEARNED_FIGURES, Checkpoint
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import CommandRefused, PayloadError
 from touchline.schemas.messages import LoadRequest, Trajectory
@@ -32,11 +32,11 @@ from touchline.services.robot_sim.paint.record import PaintRecord
 from touchline.services.robot_sim.recovery_state import EarlierWork, Totals
 from touchline.services.robot_sim.setup_text import SetupText
 
-_RECORD: Final = struct.Struct("<Q16s16siddQdI4d3dQ")
-"""Number, trajectory, setup, the checkpoint (leg −1: over; owed from nan: nothing), the totals."""
+_RECORD: Final = struct.Struct("<Q16s16siddQdI10d4d3dQ")
+"""Number, trajectory, setup, the checkpoint (leg −1: over; owed from and learned nan: nothing), the totals."""
 _CHECK: Final = struct.Struct("<I")
 _USED: Final = _RECORD.size + _CHECK.size
-_VERSION: Final = 4
+_VERSION: Final = 5
 """Start value of the checksum: a record of another layout is invalid."""
 _SLOT: Final = 256
 _LATCH_AT: Final = 2 * _SLOT
@@ -253,11 +253,14 @@ class Journal:
 
     def _write(self, checkpoint: Checkpoint, totals: Totals) -> None:
         self._number += 1
-        leg, arc_length_m, owed_from_m, *rest = checkpoint
+        leg, arc_length_m, owed_from_m, *rest, learned = checkpoint
+        figures = learned or (math.nan,) * LEARNED_FIGURES
         owed = math.nan if owed_from_m is None else owed_from_m
         supplies, errors, points = totals
         whose = self._trajectory, self._setup
-        record = _RECORD.pack(self._number, *whose, leg, arc_length_m, owed, *rest, *supplies, *errors, points)
+        record = _RECORD.pack(
+            self._number, *whose, leg, arc_length_m, owed, *rest, *figures, *supplies, *errors, points
+        )
         start = self._number % 2 * _SLOT
         assert self._map is not None, "open"
         self._map[start : start + _USED] = record + _CHECK.pack(zlib.crc32(record, _VERSION))
@@ -272,8 +275,11 @@ class Journal:
         if number == 0 or raw[_RECORD.size :] != _CHECK.pack(zlib.crc32(raw[: _RECORD.size], _VERSION)):
             return _NO_ENTRY
         leg, arc_length_m, owed, tick, elapsed_s, fallbacks, *figures = place
+        learned, figures = tuple(figures[:LEARNED_FIGURES]), figures[LEARNED_FIGURES:]
         owed_from_m = None if math.isnan(owed) else owed
-        checkpoint = Checkpoint(leg, arc_length_m, owed_from_m, tick, elapsed_s, fallbacks)
+        checkpoint = Checkpoint(
+            leg, arc_length_m, owed_from_m, tick, elapsed_s, fallbacks, () if math.isnan(learned[0]) else learned
+        )
         tank_l, battery_wh, tank_reserve_l, battery_reserve_wh, *errors = figures
         supplies = (tank_l, battery_wh, tank_reserve_l, battery_reserve_wh)
         return _Entry(number, trajectory, setup, checkpoint, Totals(supplies, tuple(errors), points))

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.onboard.interface import Checkpoint
+from touchline.onboard.interface import LEARNED_FIGURES, Checkpoint
 
 _MOST_PAINT_BYTES: Final = 256 * 1024 * 1024
 
@@ -59,8 +59,9 @@ def restored_from(details: Mapping[str, Any]) -> tuple[Checkpoint | None, Earlie
     if "checkpoint" not in details:
         return None, None
     resume = Checkpoint(**details["checkpoint"])
-    numbers = [0 if value is None and name == "owed_from_m" else value for name, value in resume._asdict().items()]
-    if not all(map(math.isfinite, numbers)):
+    resume = resume._replace(learned=tuple(map(float, resume.learned)))
+    *place, learned = resume._replace(owed_from_m=resume.owed_from_m or 0.0)
+    if len(learned) not in (0, LEARNED_FIGURES) or not all(map(math.isfinite, (*place, *learned))):
         raise ValueError("a checkpoint with a number that is not finite")
     if "totals" not in details:
         return resume, None

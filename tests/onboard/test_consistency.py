@@ -22,7 +22,7 @@ def test_matched_noise_leaves_no_bias_and_the_right_spread() -> None:
             estimator.step(robot.step(*wander(tick)))
             if tick >= 1200 and tick % 100 == 0:
                 e, heading = error(robot.pose, estimator.state), robot.heading
-                nees.append(e @ np.linalg.solve(estimator.covariance[:3, :3], e))
+                nees.append(e @ np.linalg.solve(estimator.pose_covariance, e))
                 nis.append(estimator.counters.fix_nis_last)
                 along.append(e[0] * math.cos(heading) + e[1] * math.sin(heading))
     low, high = chdtri(3 * RUNS, [0.995, 0.005]) / RUNS
@@ -41,7 +41,7 @@ def test_the_mean_slip_is_learned_so_an_outage_ends_within_3_sigma() -> None:
             robot.silent = tick > 2500
             estimator.step(robot.step(*straight(tick)))
         e, heading = error(robot.pose, estimator.state), robot.pose[2]
-        inside += bool(e[:2] @ np.linalg.solve(estimator.covariance[:2, :2], e[:2]) <= bound)
+        inside += bool(e[:2] @ np.linalg.solve(estimator.pose_covariance[:2, :2], e[:2]) <= bound)
         along.append(e[0] * math.cos(heading) + e[1] * math.sin(heading))
     assert inside == RUNS
     assert abs(np.mean(along)) < 0.07

@@ -32,7 +32,7 @@ def straight(tick: int) -> Command:
 
 def nees(rig: Rig, estimator: Estimator) -> float:
     e = error(rig, estimator)
-    return float(e @ np.linalg.solve(estimator.covariance[:3, :3], e))
+    return float(e @ np.linalg.solve(estimator.pose_covariance, e))
 
 
 def test_perfect_sensors_give_the_truth() -> None:

@@ -226,7 +226,8 @@ def test_a_lost_camera_pauses_it_and_it_goes_on_when_that_sees_it_again() -> Non
             "drive": {"slip_relative": 0.3},
         }
     )
-    robot = Emulator(SHIPPED[NAME].vehicle, world, with_its_own(NAME, OnboardConfig()))
+    known = with_its_own(NAME, OnboardConfig.model_validate({"imu": {"gyro_scale_sigma": 0.0}}))
+    robot = Emulator(SHIPPED[NAME].vehicle, world, known)
     robot.begin_guided()
     aligned(robot)
     states = set()

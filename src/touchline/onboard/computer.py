@@ -169,7 +169,7 @@ class Onboard:
             Planned duration [s].
         """
         duration_s = self._traversal.take(course, resume)
-        self._estimator.restart(self._traversal.begins_at)
+        self._estimator.restart(self._traversal.begins_at, resume.learned if resume is not None else ())
         if self.perception is not None:
             self.perception.restart(course.obstacles)
         self._estimate = None

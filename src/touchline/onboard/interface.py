@@ -246,6 +246,10 @@ class PaintBelief(NamedTuple):
     """Painted share of all [%]; 100 when there are none, 0 without a trajectory."""
 
 
+LEARNED_FIGURES: Final = 10
+"""Number of figures that `Estimator.learned` has."""
+
+
 class Checkpoint(NamedTuple):
     """State of a traversal from which it can continue after the process has died."""
 
@@ -259,6 +263,8 @@ class Checkpoint(NamedTuple):
     elapsed_s: float = 0.0
     """This and the next have the meaning that they have in `Status`."""
     follower_fallbacks: int = 0
+    learned: tuple[float, ...] = ()
+    """What the estimator had learned of the robot, see `Estimator.learned`."""
 
 
 class OnboardEvent(NamedTuple):

@@ -22,8 +22,9 @@ from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.aiding.encoder_aiding import STILL_TICKS
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
 from touchline.onboard.estimation.calibration import start_learning
+from touchline.onboard.estimation.claimed_covariance import claim_pose
 from touchline.onboard.estimation.delayed_fusion import take_row
-from touchline.onboard.estimation.filter_tick import position_sigma, speed_now_mps, take_frame
+from touchline.onboard.estimation.filter_tick import speed_now_mps, take_frame
 from touchline.onboard.estimation.learned_constants import LearnedConstant, learned_constants
 from touchline.onboard.estimation.noise import noise_figures
 from touchline.onboard.estimation.received import received
@@ -126,26 +127,44 @@ class Estimator:
         self._accels: deque[float] = deque(maxlen=_GATHERED_TICKS)
         self._told = config.odometry if vehicle.positioning == ODOMETRY else None
         self._jump_fixes = config.gnss.jump_fixes
+        self._known: tuple[float, ...] = ()
         self.restart()
 
-    def restart(self, told: tuple[float, float, float] | None = None) -> None:
-        """Forget everything and start again from the sensors: the robot may have been carried elsewhere.
+    def restart(self, told: tuple[float, float, float] | None = None, learned: tuple[float, ...] = ()) -> None:
+        """Forget everything but what the robot is like, and start again from the sensors: it may be elsewhere.
 
         Args:
             told: Pose by people's knowledge: east [m], north [m], heading [rad]; odometry alone has nothing else.
+            learned: What another process had learned of this robot, see `learned`.
         """
+        self._known = self.learned or learned or self._known
         self._told_pose = told
-        known = (self.state[m.CONSTANTS].copy(), np.diag(self.covariance)[m.CONSTANTS].copy()) if self.started else None
         self.times.reset()
         self._gather_anew()
         self.ring.fixes.reset()
         self.ring.update_counts[:] = 0
         self.ring.inputs.reset()  # nothing of it is learned from
-        learned = self.ring.learned
-        start_learning(self.ring.figures, learned)
-        if known is not None:  # wherever it has been carried, it is the same robot
-            learned.constants[:], learned.constant_var[:] = known
+        start_learning(self.ring.figures, self.ring.learned)
+        if self._known:
+            self._recall(self._known)
         self.counters.reset()
+
+    @property
+    def learned(self) -> tuple[float, ...]:
+        """What it has learned of the robot, which stays wherever that is carried; () before there is an estimate.
+
+        Constants less what the files say, their variances, bias of the left accelerometer [m/s²] and its variance.
+        """
+        if not self.started:
+            return ()
+        kept = self.ring.learned
+        variances = np.diag(self.covariance)[m.CONSTANTS]
+        return (*self.state[m.CONSTANTS].tolist(), *variances.tolist(), kept.side_bias_mps2, kept.bias_var)
+
+    def _recall(self, learned: tuple[float, ...]) -> None:
+        kept, count = self.ring.learned, len(self.ring.learned.constants)
+        kept.constants[:], kept.constant_var[:] = learned[:count], learned[count : 2 * count]
+        kept.side_bias_mps2, kept.bias_var = learned[2 * count :]
 
     @property
     def gathered(self) -> Gathered | None:
@@ -224,12 +243,19 @@ class Estimator:
     @property
     def position_sigma_m(self) -> float:
         """Larger standard deviation of the two horizontal axes [m], slow GNSS error included."""
-        return float(position_sigma(self.covariance)) if self.started else math.inf
+        return math.sqrt(max(self.pose_covariance[0, 0], self.pose_covariance[1, 1])) if self.started else math.inf
 
     @property
     def heading_sigma_rad(self) -> float:
         """Standard deviation of the heading [rad]."""
-        return math.sqrt(self.covariance[m.HEADING, m.HEADING]) if self.started else math.inf
+        return math.sqrt(self.pose_covariance[2, 2]) if self.started else math.inf
+
+    @property
+    def pose_covariance(self) -> Floats:
+        """Covariance of the pose that is claimed, (3, 3) east [m], north [m], heading [rad]; see `claim`."""
+        claimed = np.empty((3, 3))
+        claim_pose(self._computer.array, claimed)
+        return claimed
 
     def speed_now_mps(self) -> float:
         """Return the speed at the end of the tick [m/s]."""
@@ -246,7 +272,7 @@ class Estimator:
             x[m.HEADING],
             self.speed_now_mps(),
             x[m.YAW_RATE],
-            p[:3, :3].ravel(),
+            self.pose_covariance.ravel(),
             p[_TWIST].ravel(),
         )
 

@@ -96,13 +96,3 @@ def speed_now_mps(computer: Computer) -> float:
         return speed_mps
     speed_mps += 0.5 * TICK_S * accel_mps2
     return speed_mps
-
-
-@kernel
-def position_sigma(P: Floats) -> float:
-    """Return the larger standard deviation of the two horizontal axes [m], slow GNSS error included.
-
-    Args:
-        P: (STATES, STATES) covariance.
-    """
-    return math.sqrt(max(P[m.EAST, m.EAST], P[m.NORTH, m.NORTH]))

@@ -17,7 +17,8 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import GNSS, ODOMETRY, OVERHEAD_CAMERA, Vehicle
 
 _YAW_NOISE_RADPS: Final = 0.08  # per tick: 8 rad/s² is half of what the wheels can do
-_RISE: Final = 0.007  # 1 σ an axis: fields are drained by a fall of 0.5 to 2 %
+_RISE: Final = 0.02  # 1 σ an axis: sports fields are drained by a fall of 0.5 to 2 %, banks and parks fall by more
+_RISE_INDOORS: Final = 0.007
 _RISE_CHANGE_PM: Final = 0.003**2 / 50.0  # per metre: the fall of a crowned field changes
 
 
@@ -42,6 +43,6 @@ def noise_figures(vehicle: Vehicle, config: OnboardConfig, drive_model: OnboardD
     magnetometer_figures(c, config)
     c.q_yaw_rate = _YAW_NOISE_RADPS**2
     c.fix_doubt_most = CONTRADICTED
-    c.rise_var = (_RISE * GRAVITY_MPS2) ** 2
+    c.rise_var = ((_RISE if vehicle.positioning == GNSS else _RISE_INDOORS) * GRAVITY_MPS2) ** 2
     c.q_rise = _RISE_CHANGE_PM * GRAVITY_MPS2**2
     return c

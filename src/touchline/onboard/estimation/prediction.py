@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.jit import kernel
+from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard.filter_model import (
     ACCEL_BIAS,
     EAST,
@@ -54,10 +55,13 @@ def predict(x: Floats, P: Floats, accel: float, z: TickInputs, c: FilterFigures)
     cos, sin = math.cos(ahead), math.sin(ahead)
     pull = cos * z.rise_north_mps2 - sin * z.rise_east_mps2
     # In a curve the robot drifts outward, on a slope downward: by an angle so small that its series will do.
-    slip_angle = c.side_slip_rad_per_mps2 * (x[SPEED] * x[YAW_RATE] + math.copysign(pull, x[SPEED]))
-    straight = 1.0 - 0.5 * slip_angle * slip_angle
-    cos, sin = straight * cos + slip_angle * sin, straight * sin - slip_angle * cos
-    step = x[SPEED] * TICK_S
+    slip_angle = c.side_slip_rad_per_mps2 * (x[SPEED] * x[YAW_RATE] + math.copysign(1.0, x[SPEED]) * pull)
+    # Seen from above, the way is shorter uphill and downhill, and its direction nearer to the contour.
+    climb = cos * z.rise_east_mps2 + sin * z.rise_north_mps2
+    aside = slip_angle + 0.5 * climb * pull / GRAVITY_MPS2**2
+    straight = 1.0 - 0.5 * aside * aside
+    cos, sin = straight * cos + aside * sin, straight * sin - aside * cos
+    step = x[SPEED] * TICK_S * (1.0 - 0.5 * (climb / GRAVITY_MPS2) ** 2)
     x[EAST] += step * cos
     x[NORTH] += step * sin
     x[HEADING] += turn

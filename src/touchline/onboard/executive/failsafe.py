@@ -17,6 +17,7 @@ from touchline.core.jit import kernel
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import FLOW_WINDOW_TICKS, Computer, ComputerState, SafetyFindings
 from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.estimation.claimed_covariance import claimed_heading_sigma
 from touchline.onboard.executive.geofence import FenceArrays, Geofence, beyond_m
 from touchline.onboard.executive.hazards import (
     DRY_TANK_L,
@@ -98,7 +99,7 @@ def _observe_fence(c: ComputerState, fence: FenceArrays) -> None:
     if len(outline) == 0 or c.times.first_tick < 0:
         return
     x = c.filter.states[slot]
-    doubt_m = HEADING_DOUBT * math.sqrt(c.filter.covariances[slot, m.HEADING, m.HEADING]) * found.body_radius_m
+    doubt_m = HEADING_DOUBT * claimed_heading_sigma(c) * found.body_radius_m
     beyond = beyond_m(outline, body, found.body_radius_m, x[m.EAST], x[m.NORTH], x[m.HEADING])
     found.outside_s = 0.0 if beyond <= found.fence_margin_m + doubt_m else found.outside_s + TICK_S
 

@@ -6,10 +6,9 @@ import math
 from typing import Final, NamedTuple
 
 from touchline.core.jit import kernel
-from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import Computer, ComputerState
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
-from touchline.onboard.estimation.filter_tick import position_sigma
+from touchline.onboard.estimation.claimed_covariance import claimed_heading_sigma, claimed_position_sigma
 from touchline.onboard.estimation.tail import CONTRADICTED
 from touchline.onboard.interface import TICK_S, TICKS_PER_S
 from touchline.schemas.onboard import CameraSheet, GnssSheet, OnboardConfig
@@ -124,7 +123,7 @@ def _pose(tick: int, c: ComputerState) -> int:
         problem = _fixes(time_s, c)
         if problem != GOOD:
             return int(problem)
-    if position_sigma(c.filter.covariances[times.tick % m.RING]) > c.pose.sigma_m:
+    if claimed_position_sigma(c) > c.pose.sigma_m:
         return UNCERTAIN
     if n.encoders_rejected_recent > MAX_SLIP:
         return SLIP
@@ -163,7 +162,7 @@ def speaks_against_driving(computer: Computer) -> int:
     if c.filter.counters.fix_doubt >= CONTRADICTED:
         return CONTRADICTION
     blind = c.times.first_tick < 0
-    if blind or position_sigma(c.filter.covariances[c.times.tick % m.RING]) > c.pose.blind_sigma_m:
+    if blind or claimed_position_sigma(c) > c.pose.blind_sigma_m:
         return UNKNOWN
     return int(_silence(c.pose.tick, c, MAX_BLIND_TICKS))
 
@@ -186,12 +185,11 @@ def speaks_against_painting(computer: Computer, nozzle_lateral_m: float) -> int:
         nozzle_lateral_m: Distance of the nozzle to the left of its path.
     """
     c = computer[0]
-    P = c.filter.covariances[c.times.tick % m.RING]
     if c.pose.pose != GOOD:
         return int(c.pose.pose)
     if abs(nozzle_lateral_m) > MAX_LATERAL_M:
         return OFF_LINE
-    return HEADING_UNCERTAIN if math.sqrt(P[m.HEADING, m.HEADING]) > MAX_HEADING_SIGMA_RAD else GOOD
+    return HEADING_UNCERTAIN if claimed_heading_sigma(c) > MAX_HEADING_SIGMA_RAD else GOOD
 
 
 _USUAL: Final = PoseLimits()

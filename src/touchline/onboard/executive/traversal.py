@@ -335,7 +335,9 @@ class Traversal:
         """Checkpoint from which the traversal could continue, also after an abort; None if there is none."""
         state = self._before_estop if self.state == ESTOPPED else self.state
         place = self.job.place if self.job is not None and state in (RUNNING, PAUSED, ABORTED) else None
-        return Checkpoint(*place, self.clock.tick, self.clock.elapsed_s, self._fallbacks) if place is not None else None
+        if place is None:
+            return None
+        return Checkpoint(*place, self.clock.tick, self.clock.elapsed_s, self._fallbacks, self._estimator.learned)
 
     @property
     def mission(self) -> Mission | None:

@@ -1,0 +1,86 @@
+"""Covariance of the pose that the robot claims: the filter's, and what is not known of the ground's slope.
+
+Fixes tell where the antenna is and in which direction the robot moves. On a slope the mast leans downhill and the robot
+drifts by an angle, so that the axle's place and the heading are as uncertain as these: the slope, which is learned
+beside the states, is considered (S. F. Schmidt, "Application of State-Space Methods to Navigation Problems", Advances
+in Control Systems 3, 1966).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.jit import kernel
+from touchline.onboard import filter_model as m
+from touchline.onboard.computer_state import Computer, ComputerState
+
+Floats = NDArray[np.float64]
+
+
+@kernel
+def claim(c: ComputerState, P: Floats) -> None:
+    """Fill in the covariance of the newest pose.
+
+    Args:
+        c: State with an estimate.
+        P: (3, 3) filled in: east [m], north [m], heading [rad].
+    """
+    slot, learned, mast = c.times.tick % m.RING, c.filter.learned, c.filter.figures.mast_s2
+    by_east, by_north = _drift(c)
+    for i in range(3):
+        for k in range(3):
+            P[i, k] = c.filter.covariances[slot, i, k]
+    P[0, 0] += mast * mast * learned.east_var
+    P[0, 1] += mast * mast * learned.east_north
+    P[1, 1] += mast * mast * learned.north_var
+    P[0, 2] += mast * (by_east * learned.east_var + by_north * learned.east_north)
+    P[1, 2] += mast * (by_east * learned.east_north + by_north * learned.north_var)
+    P[2, 2] = _heading_variance(c)
+    P[1, 0], P[2, 0], P[2, 1] = P[0, 1], P[0, 2], P[1, 2]
+
+
+@kernel
+def claim_pose(computer: Computer, P: Floats) -> None:
+    """Fill in the covariance of the newest pose, as `claim` does; `computer` is (1,)."""
+    claim(computer[0], P)
+
+
+@kernel
+def claimed_position_sigma(c: ComputerState) -> float:
+    """Return the larger σ of the two axes [m].
+
+    Args:
+        c: State with an estimate.
+    """
+    P, learned, mast = c.filter.covariances[c.times.tick % m.RING], c.filter.learned, c.filter.figures.mast_s2
+    east = P[m.EAST, m.EAST] + mast * mast * learned.east_var
+    return math.sqrt(max(east, P[m.NORTH, m.NORTH] + mast * mast * learned.north_var))
+
+
+@kernel
+def claimed_heading_sigma(c: ComputerState) -> float:
+    """Return σ of the heading [rad].
+
+    Args:
+        c: State with an estimate.
+    """
+    return math.sqrt(_heading_variance(c))
+
+
+@kernel
+def _drift(c: ComputerState) -> tuple[float, float]:
+    """Return the change of the heading that fixes leave, by the slope east and north [rad per m/s²]."""
+    x = c.filter.states[c.times.tick % m.RING]
+    drift = math.copysign(c.filter.figures.side_slip_rad_per_mps2, x[m.SPEED])
+    return drift * math.sin(x[m.HEADING]), -drift * math.cos(x[m.HEADING])
+
+
+@kernel
+def _heading_variance(c: ComputerState) -> float:
+    learned, (by_east, by_north) = c.filter.learned, _drift(c)
+    variance: float = c.filter.covariances[c.times.tick % m.RING, m.HEADING, m.HEADING]
+    variance += by_east * by_east * learned.east_var + by_north * by_north * learned.north_var
+    return variance + 2.0 * by_east * by_north * learned.east_north
