@@ -122,7 +122,7 @@ def test_a_robot_whose_files_are_wrong_says_that_its_estimate_is_inconsistent(sh
     events = [decode(Event, payload) for topic, payload in said if topic is topics.EVENTS]
     texts = [event.text for event in events if event.code == "estimate-inconsistent"]
     assert len(texts) == reported
-    assert all("successive innovations of fixes are correlated by 0.1" in text for text in texts)
+    assert all("innovations 6 fixes apart are correlated by 0.2" in text for text in texts)
 
 
 @pytest.mark.parametrize(

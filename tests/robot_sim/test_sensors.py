@@ -123,25 +123,25 @@ def test_white_gnss_noise_and_its_reported_variance():
     scenario = Scenario(gnss=GnssNoise(gauss_markov_1_m=0, gauss_markov_2_m=0, **PUNCTUAL))
     fixes = punctual_fixes(scenario, 20_000)
     east, north = np.array([(fix.east_m, fix.north_m) for fix in fixes]).T
-    assert np.std(east) == pytest.approx(0.00471, rel=0.1)
-    assert np.std(north) == pytest.approx(0.00471, rel=0.1)
+    assert np.std(east) == pytest.approx(0.0007, rel=0.1)
+    assert np.std(north) == pytest.approx(0.0007, rel=0.1)
     assert abs(np.corrcoef(east, north)[0, 1]) < 0.1
     assert abs(np.corrcoef(east[:-1], east[1:])[0, 1]) < 0.1
-    assert fixes[0].variance_m2 == pytest.approx(0.00471**2)
+    assert fixes[0].variance_m2 == pytest.approx(0.0007**2 + 0.091 * 0.0137**2)
 
 
 def test_gauss_markov_terms_are_stationary_and_as_slow_as_stated():
     scenario = Scenario(gnss=GnssNoise(white_m=0, gauss_markov_2_m=0, gauss_markov_1_tau_s=2.0, **PUNCTUAL))
     east = np.array([fix.east_m for fix in punctual_fixes(scenario, 100_000)])
-    assert np.std(east) == pytest.approx(0.0025, rel=0.12)
+    assert np.std(east) == pytest.approx(0.0043, rel=0.12)
     assert np.corrcoef(east[:-20], east[20:])[0, 1] == pytest.approx(math.exp(-1), abs=0.08)
     first = [lived(scenario.model_copy(update={"seed": seed}), 21).gnss[0].east_m for seed in range(300)]
-    assert np.std(first) == pytest.approx(0.0025, rel=0.15)
+    assert np.std(first) == pytest.approx(0.0043, rel=0.15)
 
 
-def test_fixes_err_as_the_published_ones_do():
+def test_fixes_with_a_white_tail_err_as_the_published_ones_do():
     """68.27/95.45/99.73 % of the horizontal errors, wander included, are within 7/17/38 mm: here of 200,000."""
-    noise, count = GnssNoise(), 200_000
+    noise, count = GnssNoise.white_tail(), 200_000
     slow_m = math.hypot(noise.gauss_markov_1_m, noise.gauss_markov_2_m)
     wander = np.random.default_rng(1).normal(0.0, slow_m, (count, 2))
     drawn = np.array([(white(3, tick, 0), white(3, tick, 1)) for tick in range(count)])
@@ -353,7 +353,7 @@ def test_heights_err_twice_as_much_as_positions_and_the_report_says_so():
         reports += sensors.gnss_reports
     assert np.std([report.altitude_m for report in reports]) == pytest.approx(2 * 0.00471, rel=0.1)
     for report in reports:
-        assert report.variance_m2 == pytest.approx(0.00471**2)
+        assert report.variance_m2 == pytest.approx(0.0007**2 + 0.091 * 0.0137**2)
         assert report.vertical_variance_m2 == pytest.approx(4 * report.variance_m2)
 
 
