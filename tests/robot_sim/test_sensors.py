@@ -155,7 +155,7 @@ def test_fixes_with_a_white_tail_err_as_the_published_ones_do():
 def test_the_whole_fixed_error_is_what_is_reported():
     errors, reported = [], set()
     for seed in range(400):
-        (fix,) = lived(Scenario(seed=seed, gnss=GnssNoise(**PUNCTUAL)), 21).gnss
+        (fix,) = lived(Scenario(seed=seed, gnss=GnssNoise(burst_share=0, **PUNCTUAL)), 21).gnss
         errors.append(fix.east_m)
         reported.add(fix.variance_m2)
     assert len(reported) == 1
@@ -351,7 +351,7 @@ def test_heights_err_twice_as_much_as_positions_and_the_report_says_so():
     for tick in range(1, 6001):
         sensors.read(tick, STILL)
         reports += sensors.gnss_reports
-    assert np.std([report.altitude_m for report in reports]) == pytest.approx(2 * 0.00471, rel=0.1)
+    assert np.std([report.altitude_m for report in reports]) == pytest.approx(2 * 0.0007, rel=0.1)
     for report in reports:
         assert report.variance_m2 == pytest.approx(0.0007**2 + 0.091 * 0.0137**2)
         assert report.vertical_variance_m2 == pytest.approx(4 * report.variance_m2)
@@ -359,8 +359,8 @@ def test_heights_err_twice_as_much_as_positions_and_the_report_says_so():
 
 def test_by_the_trees_errors_grow_as_the_receiver_admits():
     trees = Obstruction(outline=((0.001, -50), (50, -50), (50, 50), (0.001, 50)), margin_m=3.0, noise_factor=4.0)
-    white = GnssNoise(gauss_markov_1_m=0, gauss_markov_2_m=0, rate_hz=20)
+    white = GnssNoise(gauss_markov_1_m=0, burst_share=0, rate_hz=20)
     run = fixes(drive(6000, sky=(trees,), gnss=white, command=REST))
     assert {fix.fix for fix in run} == {3}
-    assert np.std([fix.east_m for fix in run]) == pytest.approx(4 * 0.00471, rel=0.1)
-    assert math.sqrt(run[0].variance_m2) == pytest.approx(4 * 0.00471, rel=0.01)
+    assert np.std([fix.east_m for fix in run]) == pytest.approx(4 * 0.0007, rel=0.1)
+    assert math.sqrt(run[0].variance_m2) == pytest.approx(4 * 0.0007, rel=0.01)
