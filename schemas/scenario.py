@@ -105,7 +105,7 @@ class GnssNoise(GrownSpec):
     @classmethod
     def _of_older_recordings(cls, given: Any) -> Any:
         """Recordings from before there were bursts have every other field, and were made without."""
-        if isinstance(given, dict) and _BEFORE_BURSTS <= given.keys() and "burst_share" not in given:
+        if isinstance(given, dict) and given.keys() >= _BEFORE_BURSTS and "burst_share" not in given:
             return {**given, "burst_share": 0.0}
         return given
 

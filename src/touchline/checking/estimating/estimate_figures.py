@@ -164,8 +164,8 @@ def _inconsistent(run: EstimatorRun) -> list[str]:
         )
     if correlation is not None and correlation.found:
         against.append(
-            f"not consistent: innovations {FIX_LAG} fixes apart are correlated by {correlation.correlation:.2f}, where chance "
-            f"explains {correlation.by_chance:.2f}, so the claimed σ is not to be believed; {remedy}"
+            f"not consistent: innovations {FIX_LAG} fixes apart are correlated by {correlation.correlation:.2f}, where "
+            f"chance explains {correlation.by_chance:.2f}, so the claimed σ is not to be believed; {remedy}"
         )
     if wheels > MOST_WHEEL_NIS:
         against.append(

@@ -12,7 +12,12 @@ from typing import Any
 from touchline.core.jit import borrowing
 from touchline.onboard.estimation.aiding.camera_aiding import share_of_poses, use_heading
 from touchline.onboard.estimation.aiding.encoder_aiding import use_encoders
-from touchline.onboard.estimation.aiding.gnss_aiding import passes_doubt, position_fit, set_slow_error_aside, use_position
+from touchline.onboard.estimation.aiding.gnss_aiding import (
+    passes_doubt,
+    position_fit,
+    set_slow_error_aside,
+    use_position,
+)
 from touchline.onboard.estimation.aiding.imu_aiding import use_gyro
 from touchline.onboard.estimation.aiding.magnetometer_aiding import use_magnetometer
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
