@@ -41,7 +41,9 @@ class MatchedRobot:
         self._accel_bias = self._normal(scenario.imu.accel_turn_on_bias_mps2)
         self._slip = [self._normal(math.sqrt(c.slip_var[0])) for _ in range(2)]
         self._mag_bias = self._normal(math.sqrt(c.mag_var))
-        self._slow = [self._normal(math.sqrt(c.gnss_var)) for _ in range(2)]
+        self._wander = [self._normal(math.sqrt(c.gnss_var)) for _ in range(2)]
+        self._slow = [self._normal(math.sqrt(c.slow_var)) for _ in range(2)]
+        self._slow_decay = 1.0 - 0.5 * c.q_slow / c.slow_var if c.slow_var > 0.0 else 0.0
         self._angles = [0.0, 0.0]
         self._accel = 0.0
         self._still_var = scenario.imu.accel_density_mps2_rthz**2 * TICK_S
@@ -70,7 +72,8 @@ class MatchedRobot:
         self._gyro_bias += self._normal(math.sqrt(c.q_gyro_bias))
         self._accel_bias += self._normal(math.sqrt(c.q_accel_bias))
         self._slip = [self._markov(value, c.slip_decay[0], c.slip_var[0]) for value in self._slip]
-        self._slow = [self._markov(value, c.gnss_decay, c.gnss_var) for value in self._slow]
+        self._wander = [self._markov(value, c.gnss_decay, c.gnss_var) for value in self._wander]
+        self._slow = [self._markov(value, self._slow_decay, c.slow_var) for value in self._slow]
         self._mag_bias = self._markov(self._mag_bias, c.mag_decay, c.mag_var)
         self._mag_bias += self._normal(math.sqrt(c.mag_var * min(abs(yaw_rate) * TICK_S, 1.0)))
         return self._sense(change, moving)
@@ -94,8 +97,9 @@ class MatchedRobot:
             # Of a Student-t distribution, both axes as bad as each other.
             kind = float(self._rng.chisquare(m.FIX_DOF)) / (m.FIX_DOF - 2.0)
             white = math.sqrt(c.r_gnss / kind)
-            east, north = self.x + self._slow[0] + self._normal(white), self.y + self._slow[1] + self._normal(white)
-            variance = float(c.r_gnss + c.gnss_var)
+            off = [sum(slow) + self._normal(white) for slow in zip(self._wander, self._slow, strict=True)]
+            east, north = self.x + off[0], self.y + off[1]
+            variance = float(c.r_gnss + c.gnss_var + c.slow_var)
             sample = GnssSample(self.tick * TICK_S, east, north, variance, 3, 20, 0.5)
             self._in_flight.append((self.tick + LATENCY_TICKS, sample))
         if self._in_flight and self._in_flight[0][0] <= self.tick:

@@ -25,14 +25,14 @@ from touchline.services.robot_sim.emulator import Emulator
 
 VEHICLE = Vehicle()
 FOLLOWERS: tuple[Follower, ...] = ("mpc", "pure-pursuit")
-WHITE = GnssNoise(gauss_markov_1_m=0.0, gauss_markov_2_m=0.0)
+LONG_BURSTS = GnssNoise(burst_s=10.0, burst_tau_s=3.0)
 SMALL = Small(
     {"runs": 1, "template": "study-square"},
     (
         *(
             f"{follower}, {noise} # seeds: mean # p95 # max # mm; against the estimate p95 # mm; worst p95 # mm"
             for follower in FOLLOWERS
-            for noise in ("no noise", "fixes white", "default noise")
+            for noise in ("no noise", "white tail", "default noise", "bursts of 10 s")
         ),
         "follower's tick p99 # ms, fallbacks #",
     ),
@@ -100,8 +100,11 @@ def main(runs: int = 20, template: str = "soccer-11") -> None:
     trajectory = plan(lines, VEHICLE).trajectory
     for follower in FOLLOWERS:
         quiet = [Scenario(noise="none")]
-        white = [Scenario(seed=seed, gnss=WHITE) for seed in seeds]
-        noisy = [Scenario(seed=seed) for seed in seeds]
         _case("no noise", follower, trajectory, lines, quiet)
-        _case("fixes white", follower, trajectory, lines, white)
-        _case("default noise", follower, trajectory, lines, noisy)
+        for name, gnss in (
+            ("white tail", GnssNoise.white_tail()),
+            ("default noise", GnssNoise()),
+            ("bursts of 10 s", LONG_BURSTS),
+        ):
+            scenarios = [Scenario(seed=seed, gnss=gnss) for seed in seeds]
+            _case(name, follower, trajectory, lines, scenarios)

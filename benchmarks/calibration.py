@@ -82,7 +82,7 @@ def _row(name: str, wrong: Mapping[c.Constant, float], paths: list[Path]) -> Non
 
 def _correlation(run: EstimatorRun) -> float:
     found = fixes_whiteness(run.white)
-    return found.lag_1 if found is not None else float("nan")
+    return found.correlation if found is not None else float("nan")
 
 
 def _noise(inputs: EstimatorInputs, changes: np.ndarray) -> str:

@@ -29,7 +29,7 @@ CHECK_FROM, CHECK_TO, CHECK_EVERY = 1500, 4000, 100
 OUTAGE_FROM, OUTAGE_TICKS = 2500, 3000
 VEHICLE = Vehicle()
 DEFAULT = Scenario()
-WHITE = Scenario(gnss=GnssNoise(gauss_markov_1_m=0.0, gauss_markov_2_m=0.0))
+WHITE = Scenario(gnss=GnssNoise(white_m=0.00471, gauss_markov_1_m=0.0, burst_share=0.0))
 SLOPE = Scenario(ground=Ground(grade=0.02, uphill_rad=1.0))
 SMALL = Small(
     {"runs": 1},

@@ -66,8 +66,8 @@ ROWS: dict[str, dict[str, Any]] = {
     "wet grass": {"ground": Ground(surface="wet-grass")},
     "ground B": {"ground": Ground(roughness="B")},
     "ground C": {"ground": Ground(roughness="C")},
-    "bursts 3 s": {"gnss": GnssNoise.bursting()},
-    "bursts 10 s": {"gnss": GnssNoise.bursting().model_copy(update={"burst_s": 10.0, "burst_tau_s": 3.0})},
+    "white tail": {"gnss": GnssNoise.white_tail()},
+    "bursts 10 s": {"gnss": GnssNoise(burst_s=10.0, burst_tau_s=3.0)},
     "multipath 2 cm": {"multipath": (Multipath(outline=_around(200.0)),)},
 }
 

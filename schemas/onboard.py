@@ -32,16 +32,16 @@ Seconds = Annotated[float, Field(gt=0, le=1_000_000)]
 class GnssSheet(GrownSpec):
     """The RTK-GNSS receiver with corrections: errors per horizontal axis (1 σ), rate and delay."""
 
-    white_m: Deviation = 0.00471
+    white_m: Deviation = 0.002
     """White part of a fix's error, 1 σ an axis."""
-    gauss_markov_1_m: Deviation = 0.0025
+    gauss_markov_1_m: Deviation = 0.0043
     """Slow wander of a fix, 1 σ an axis."""
-    gauss_markov_1_tau_s: Seconds = 115.0
+    gauss_markov_1_tau_s: Seconds = 300.0
     """Correlation time of that wander."""
-    gauss_markov_2_m: Deviation = 0.0025
-    """A slower wander, 1 σ an axis."""
-    gauss_markov_2_tau_s: Seconds = 900.0
-    """Correlation time of the slower wander."""
+    gauss_markov_2_m: Deviation = 0.0047
+    """A second wander, 1 σ an axis: of a moving antenna's bursts."""
+    gauss_markov_2_tau_s: Seconds = 2.0
+    """Correlation time of the second wander."""
     rate_hz: Literal[1, 2, 5, 10, 20] = 10
     """Fixes per second."""
     latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.11

@@ -34,21 +34,21 @@ OF_THE_COMPUTER = frozenset(("follower", "fence", "link_timeout_s"))
 class GnssNoise(GrownSpec):
     """The RTK-GNSS receiver: errors per horizontal axis (1 σ; vertical ones are twice as large), delays, habits.
 
-    Fixed: heavy-tailed white noise plus two Gauss-Markov terms, fitted to a published test of 12,510 moving ZED-F9P
-    fixes with horizontal errors of 7/17/38 mm (68/95/99.7 %); ``white_m`` is the white part's standard deviation.
-    Bursts are another model of the same tail; see ``bursting``.
+    Fixed: white noise and a slow Gauss-Markov term, fitted to a log of a standing ZED-F9P, and bursts while the antenna
+    moves, with which the horizontal errors have the quantiles of a published test of 12,510 moving fixes: 7/17/38 mm
+    (68/95/99.7 %).
     """
 
-    white_m: NotNegative = 0.00471
-    """White part of a fix's error, 1 σ an axis (12,510 moving ZED-F9P fixes)."""
-    gauss_markov_1_m: NotNegative = 0.0025
-    """Slow wander, 1 σ an axis (fits the same test)."""
-    gauss_markov_1_tau_s: Positive = 115.0
-    """Correlation time of that wander (published RTK error spectra)."""
-    gauss_markov_2_m: NotNegative = 0.0025
-    """Slower wander, 1 σ an axis."""
+    white_m: NotNegative = 0.0007
+    """White part of a fix's error, 1 σ an axis (log of a standing F9P)."""
+    gauss_markov_1_m: NotNegative = 0.0043
+    """Slow wander, 1 σ an axis (same log)."""
+    gauss_markov_1_tau_s: Positive = 300.0
+    """Correlation time of that wander (same log)."""
+    gauss_markov_2_m: NotNegative = 0.0
+    """A second wander, 1 σ an axis."""
     gauss_markov_2_tau_s: Positive = 900.0
-    """Correlation time of the slower wander."""
+    """Correlation time of the second wander."""
     rate_hz: Literal[1, 2, 5, 10, 20] = 10
     """Fixes per second."""
     latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.11
@@ -79,37 +79,44 @@ class GnssNoise(GrownSpec):
     """Shortest time from float to fixed, drawn evenly."""
     converge_max_s: NotNegative = 6.5
     """Longest time from float to fixed (less than 10 s in all)."""
-    burst_share: Annotated[float, Field(ge=0, le=0.9)] = 0.0
-    """Share of the time of a moving antenna in bursts of correlated errors, beside all other errors; 0.091 fits."""
+    burst_share: Annotated[float, Field(ge=0, le=0.9)] = 0.091
+    """Share of the time of a moving antenna in bursts of correlated errors (12,510 moving ZED-F9P fixes)."""
     burst_m: NotNegative = 0.0137
-    """Error in a burst, 1 σ an axis (fits the same test)."""
+    """Error in a burst, 1 σ an axis (same test)."""
     burst_s: Positive = 3.0
     """Mean length of a burst (assumed within 1 to 10 s)."""
     burst_tau_s: Positive = 1.0
     """Correlation time in a burst (two solvers' differences of an F9P that moves: about 1 s)."""
 
-    later_fields = ("burst_share", "burst_m", "burst_s", "burst_tau_s")
+    later_fields = ("burst_m", "burst_s", "burst_tau_s")
 
     @classmethod
-    def bursting(cls) -> Self:
-        """Errors with the same quantiles whose tail comes in bursts while the antenna moves.
-
-        The rest are white noise of 0.7 mm and a Gauss-Markov term of 4.3 mm and 300 s, which fit a log of a standing
-        F9P.
-        """
+    def white_tail(cls) -> Self:
+        """Errors as they were emulated before there were bursts: the same quantiles, each fix's tail for itself."""
         return cls(
-            white_m=0.0007,
-            gauss_markov_1_m=0.0043,
-            gauss_markov_1_tau_s=300.0,
-            gauss_markov_2_m=0.0,
-            burst_share=0.091,
+            white_m=0.00471,
+            gauss_markov_1_m=0.0025,
+            gauss_markov_1_tau_s=115.0,
+            gauss_markov_2_m=0.0025,
+            burst_share=0.0,
         )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_older_recordings(cls, given: Any) -> Any:
+        """Recordings from before there were bursts have every other field, and were made without."""
+        if isinstance(given, dict) and given.keys() >= _BEFORE_BURSTS and "burst_share" not in given:
+            return {**given, "burst_share": 0.0}
+        return given
 
     @model_validator(mode="after")
     def _range_is_one(self) -> Self:
         if self.converge_max_s < self.converge_min_s:
             raise ValueError("converge_max_s must be at least converge_min_s")
         return self
+
+
+_BEFORE_BURSTS = {name for name in GnssNoise.model_fields if not name.startswith("burst_")}
 
 
 class CameraNoise(Spec):

@@ -93,7 +93,7 @@ def test_an_estimate_that_claims_too_much_is_told(inputs):
     run = rerun(inputs, inputs.setup, frames)
     run.receiver = inputs.receiver()
     (line,) = [line for line in verdict(run) if "innovations" in line]
-    assert line.startswith("not consistent: successive innovations of fixes are correlated by 0.")
+    assert line.startswith("not consistent: innovations 6 fixes apart are correlated by 0.")
     assert line.endswith("`touchline calibrate` looks for the cause")
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from touchline.checking.estimating import innovation_tests as tests
+from touchline.onboard.filter_model import FIX_LAG
 
 
 def noise(n, axes, seed=1, correlation=0.0):
@@ -15,13 +16,13 @@ def noise(n, axes, seed=1, correlation=0.0):
 
 def test_white_innovations_pass_and_one_in_a_thousand_may_not():
     found = [tests.whiteness(noise(300, 2, seed)) for seed in range(200)]
-    assert sum(abs(each.lag_1) > each.lag_1_most for each in found) <= 2
+    assert sum(abs(each.correlation) > each.by_chance for each in found) <= 2
 
 
 @pytest.mark.parametrize("correlation", [0.3, 0.6])
 def test_correlated_ones_are_found_with_their_correlation(correlation):
-    found = tests.whiteness(noise(1000, 2, correlation=correlation))
-    assert found.lag_1 == pytest.approx(correlation, abs=0.06)
+    found = tests.whiteness(noise(2000, 2, correlation=correlation ** (1 / FIX_LAG)))
+    assert found.correlation == pytest.approx(correlation, abs=0.1)
     assert found.found
 
 
@@ -32,8 +33,8 @@ def test_a_few_wild_ones_decide_nothing():
 
 
 def test_a_small_correlation_that_chance_does_not_explain_is_no_finding():
-    found = tests.whiteness(noise(50_000, 2, correlation=0.05))
-    assert found.lag_1 > found.lag_1_most
+    found = tests.whiteness(noise(50_000, 2, correlation=0.05 ** (1 / FIX_LAG)))
+    assert found.correlation > found.by_chance
     assert not found.found
 
 

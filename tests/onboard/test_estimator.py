@@ -24,6 +24,7 @@ from touchline.schemas.scenario import DriveNoise, GnssNoise, Scenario
 from touchline.schemas.vehicles import Vehicle
 
 DEFAULT = Scenario()
+TAIL = Scenario(gnss=GnssNoise.white_tail())
 
 
 def straight(tick: int) -> Command:
@@ -50,8 +51,8 @@ def test_consistent_over_monte_carlo_runs() -> None:
 
     runs, samples, nis, heading = 5, [], [], []
     for seed in range(runs):
-        rig = Rig(scenario=DEFAULT, seed=seed, heading=0.3 * seed)
-        estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
+        rig = Rig(scenario=TAIL, seed=seed, heading=0.3 * seed)
+        estimator = Estimator(rig.vehicle, data_sheets(TAIL))
         drive(rig, estimator, 1500)
         checks = []
         for _ in range(4):
@@ -177,10 +178,22 @@ def test_after_a_restart_a_fix_from_the_old_place_is_not_used() -> None:
 
 
 def test_one_gauss_markov_term_keeps_variance_and_short_term_decay() -> None:
-    c = noise_figures(Vehicle(), data_sheets(DEFAULT), drive_of(Vehicle()))
+    c = noise_figures(Vehicle(), data_sheets(TAIL), drive_of(Vehicle()))
     assert c.gnss_var == pytest.approx(2 * 0.0025**2)
     tau = -0.01 / math.log(c.gnss_decay)
     assert tau == pytest.approx(2 / (1 / 115 + 1 / 900), rel=1e-6)
+    assert c.slow_var == c.q_slow == c.burst_var == 0.0
+
+
+def test_of_two_terms_that_are_far_apart_the_slow_one_is_considered() -> None:
+    c = noise_figures(Vehicle(), data_sheets(DEFAULT), drive_of(Vehicle()))
+    assert (c.gnss_var, c.slow_var) == pytest.approx((0.0047**2, 0.0043**2))
+    assert -0.01 / math.log(c.gnss_decay) == pytest.approx(2.0)
+    rig, estimator = under_way(seed=1, ticks=3000)
+    covariance = estimator.covariance
+    assert covariance[m.EAST, m.EAST] > 0.0043**2, "no number of fixes averages it out"
+    assert np.linalg.eigvalsh(covariance).min() > 0.0
+    assert math.hypot(*error(rig, estimator)[:2]) < 0.02
 
 
 def test_covariance_stays_symmetric_and_positive() -> None:

@@ -18,14 +18,17 @@ from tests.onboard.driven import drive, error, under_way, until_fix, wander
 from tests.onboard.rig import Rig
 from tests.two_wheels import STANDSTILL
 from touchline.onboard import filter_model as m
+from touchline.onboard.estimation.aiding.gnss_aiding import POSITION_FLOOR_M
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.interface import Command
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 
 SCENARIO = Scenario()
-WHITE_VAR_M2 = 4.0 * SCENARIO.gnss.white_m**2
-SLOW_VAR_M2 = SCENARIO.gnss.gauss_markov_1_m**2 + SCENARIO.gnss.gauss_markov_2_m**2
+SHEET = data_sheets(SCENARIO).gnss
+WHITE_VAR_M2 = 4.0 * POSITION_FLOOR_M**2
+SLOW_VAR_M2 = SHEET.gauss_markov_1_m**2
+WANDER_VAR_M2 = SHEET.gauss_markov_2_m**2
 LEVER = Vehicle(body={"gnss_antenna_x_m": 0.5, "gnss_antenna_y_m": -0.3})
 OFFSET = (0.6, -0.8)
 
@@ -56,12 +59,15 @@ def expect_what_one_fix_tells(estimator: Estimator, vehicle: Vehicle) -> None:
     p = estimator.covariance
     assert np.allclose(p, p.T, rtol=1e-12, atol=1e-18)
     assert np.linalg.eigvalsh(p[: m.VARYING, : m.VARYING]).min() > 0.0
-    assert antenna_variance_m2(estimator, vehicle) == pytest.approx([WHITE_VAR_M2 + SLOW_VAR_M2] * 2, rel=0.02)
+    assert antenna_variance_m2(estimator, vehicle) == pytest.approx(
+        [WHITE_VAR_M2 + WANDER_VAR_M2 + SLOW_VAR_M2] * 2, rel=0.02
+    )
     if vehicle is LEVER:  # where the axle's place has a third cause, the heading
         return
     for axis, slow in ((m.EAST, m.GNSS_EAST), (m.NORTH, m.GNSS_NORTH)):
-        assert p[slow, slow] == pytest.approx(SLOW_VAR_M2, rel=0.02)
-        assert p[axis, axis] + p[slow, slow] + 2.0 * p[axis, slow] == pytest.approx(WHITE_VAR_M2, rel=0.02)
+        assert p[slow, slow] == pytest.approx(WANDER_VAR_M2, rel=0.02)
+        fix = p[axis, axis] + p[slow, slow] + 2.0 * p[axis, slow]
+        assert fix == pytest.approx(WHITE_VAR_M2 + SLOW_VAR_M2, rel=0.02)
 
 
 @pytest.mark.parametrize("vehicle", [Vehicle(), LEVER], ids=["above the axle", "beside it"])

@@ -126,7 +126,7 @@ def test_a_robot_that_is_sure_of_wrong_files_says_that_its_estimate_is_inconsist
     events = [decode(Event, payload) for topic, payload in said if topic is topics.EVENTS]
     texts = [event.text for event in events if event.code == "estimate-inconsistent"]
     assert len(texts) == reported
-    assert all("successive innovations of fixes are correlated by 0.1" in text for text in texts)
+    assert all("innovations 6 fixes apart are correlated by 0.2" in text for text in texts)
 
 
 @pytest.mark.parametrize(

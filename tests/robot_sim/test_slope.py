@@ -31,7 +31,7 @@ TEMPLATE = Template(
         {"id": "near", "line": {"start": (0.0, OFFSET), "end": (8.0, OFFSET)}},
     ],
 )
-WHITE = GnssNoise(gauss_markov_1_m=0.0, gauss_markov_2_m=0.0)
+WHITE = GnssNoise(white_m=0.00471, gauss_markov_1_m=0.0, burst_share=0.0)
 
 
 @pytest.mark.parametrize(

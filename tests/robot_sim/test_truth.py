@@ -220,7 +220,7 @@ def test_rough_ground_is_the_same_on_each_pass_and_stands_still_with_the_robot()
 
 
 def bursting(**update):
-    return Scenario(gnss=GnssNoise.bursting().model_copy(update={"rate_hz": 20, "latency_jitter_s": 0.0, **update}))
+    return Scenario(gnss=GnssNoise(**{"rate_hz": 20, "latency_jitter_s": 0.0, **update}))
 
 
 def fix_errors(scenario, ticks, speed_mps):

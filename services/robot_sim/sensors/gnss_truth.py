@@ -296,7 +296,7 @@ def _error(moment: Moment, gnss: Sequence[GnssState], axis: int, factor: float) 
     seed, tick, effects = moment.seed, moment.tick, moment.effects[0]
     g, f = gnss[0], gnss[0].figures
     fix = g.fix
-    error: float = g.wander_m[axis, 0] + g.wander_m[axis, 1] + g.bursts.error_m[axis]
+    error: float = g.wander_m[axis, 0] + g.wander_m[axis, 1] + factor * g.bursts.error_m[axis]
     if f.white_m > 0.0:
         error += f.white_m * factor * white(seed, tick, axis)
     if effects.gnss_white_m > 0.0:
@@ -327,7 +327,7 @@ def _reported_variance(effects: Effects, gnss: Sequence[GnssState], factor: floa
         drift = _HELD_ADMITTED * TICK_S * g.held_ticks * f.hold_drift_mps
         noise = f.white_m * factor
         variance = noise * noise + f.sigma_m[0] * f.sigma_m[0] + f.sigma_m[1] * f.sigma_m[1] + drift * drift
-        variance += f.bursts.share * f.bursts.sigma_m**2
+        variance += f.bursts.share * (factor * f.bursts.sigma_m) ** 2
     elif effects.claimed_m > 0.0:
         variance = effects.claimed_m * effects.claimed_m
     elif fix == FLOAT and g.claims:

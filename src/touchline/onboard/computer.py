@@ -31,6 +31,7 @@ from touchline.onboard.executive.stop_causes import (
     PAUSED_BY_OPERATOR,
 )
 from touchline.onboard.executive.traversal import Monitors, Traversal
+from touchline.onboard.filter_model import FIX_LAG
 from touchline.onboard.interface import (
     AuxiliarySample,
     Checkpoint,
@@ -311,7 +312,7 @@ class Onboard:
             self._log.report(
                 WARN,
                 "estimate-inconsistent",
-                f"successive innovations of fixes are correlated by {correlation:.2f}: the position may err by more "
+                f"innovations {FIX_LAG} fixes apart are correlated by {correlation:.2f}: the position may err by more "
                 "than its σ says; `touchline calibrate` looks for the cause in the recording",
             )
         findings.inconsistent = counters.inconsistent

@@ -12,14 +12,16 @@ States (index, unit; "tick" is the 10 ms period):
 | ACCEL_BIAS | m/s² | random walk; holds gravity's part too, and turns with it on a slope | data sheet |
 | ODOMETRY_ERROR (2) | by the drive | Gauss-Markov about its mean: slip; offset of a steering | grass; vehicle |
 | MAG_BIAS | rad | Gauss-Markov plus a walk with rotation (hard iron moves with heading) | data sheet |
-| GNSS_EAST, GNSS_NORTH | m | Gauss-Markov: the slow part of the RTK error | quantiles of a moving receiver |
+| GNSS_EAST, GNSS_NORTH | m | Gauss-Markov: the correlated part of the RTK error | quantiles of a moving receiver |
 | GYRO_SCALE | share | constant: reading over the true rate, less what the files say | configuration |
 | ANTENNA_X, ANTENNA_Y | m | constant: place of the antenna in the body, less what the files say | configuration |
 | STAMP_OFFSET | s | constant: time of a fix's measurement less its stamp, less what the files say | configuration |
 
-The slow GNSS error is what keeps the filter honest: averaging a hundred fixes does not make a centimetre into a
-millimetre when their errors are the same error. The constants do the same for what the files say of the robot: they are
-estimated where its motion tells them, and considered in the covariance until then.
+Correlated GNSS errors are what keeps the filter honest: averaging a hundred fixes does not make a centimetre into a
+millimetre when their errors are the same error. Of two such errors the one that lasts for seconds is these states; the
+one that lasts for minutes cannot be told from the position, whose covariance contains it (`FilterFigures.slow_var`).
+The constants do the same for what the files say of the robot: they are estimated where its motion tells them, and
+considered in the covariance until then.
 
 Beside the states five figures are learned that change too slowly to be states (`estimation/calibration`): the slope of
 the ground (two), the bias of the accelerometer's left axis, and the means of the two errors of odometry:
@@ -67,6 +69,10 @@ UPDATE_COLUMNS: Final = STATES + 2
 
 RING: Final = 64
 """Ticks of history kept for late fixes [0.64 s]."""
+
+FIX_LAG: Final = 6
+"""Distance of the innovations whose correlation tells whether the filter is consistent, in fixes. A burst of the
+receiver's errors correlates those that are nearer."""
 
 GATE_1_DOF: Final = 15.14  # χ², 99.99 %
 GATE_2_DOF: Final = 18.42
@@ -182,8 +188,16 @@ class FilterFigures(Record):
     """Share of the magnetometer's error that remains after a tick."""
     mag_var: float
     gnss_decay: float
-    """The same for the slow part of the GNSS error."""
+    """The same for the correlated part of the GNSS error."""
     gnss_var: float
+    slow_var: float
+    """Variance of a GNSS error that is too slow to be a state, which the position's covariance contains."""
+    q_slow: float
+    """Variance by which that error changes in a tick."""
+    burst_var: float
+    """Variance of the correlated part of the GNSS error in a burst; 0: it has none."""
+    fix_news: float = 1.0
+    """Share of what a fix in a row of outlying ones says that the one before has not said."""
     gyro_scale: float = 1.0
     """Reading of the gyro over the true rate."""
     stamp_offset_s: float
@@ -276,15 +290,16 @@ class FilterCounters(Record):
     """
     fix_white_1: float = math.nan
     """The same of the part of north that is independent of it."""
-    fix_before_0: float = math.nan
-    """`fix_white_0` of the moving robot's fix before the last one, bounded; the next is that of `fix_white_1`."""
-    fix_before_1: float = math.nan
+    fix_before: Annotated[Floats, FIX_LAG, 2]
+    """`fix_white_0` and `fix_white_1` of the moving robot's last fixes, bounded; a ring."""
+    fixes_noted: int
+    """Fixes that have been entered there."""
     fix_cross: float
-    """Mean product of successive innovations, see `estimation/consistency_monitor`."""
-    fix_power: float = 2.0
+    """Mean product of innovations that are `FIX_LAG` fixes apart, see `estimation/consistency_monitor`."""
+    fix_power: float = 1.0
     """Mean square of them, both axes together."""
     inconsistent: bool
-    """True if successive innovations are correlated, so that the claimed covariance is not to be believed."""
+    """True if those innovations are correlated, so that the claimed covariance is not to be believed."""
     fix_log_det: float = math.nan
     """ln det S of that fix's innovation, S in m²."""
     differing: int

@@ -172,8 +172,8 @@ def _doubts(fit: Fit, noise: NoiseFit) -> list[str]:
     if correlation is not None and correlation.found:
         explained = f"; {noise.name} more than the files say" if noise.name else ""
         doubts.append(
-            f"with the best constants successive innovations of fixes still are correlated by {correlation.lag_1:.2f}, "
-            f"chance explains {correlation.lag_1_most:.2f}{explained}"
+            f"with the best constants the innovations of fixes still are correlated by {correlation.correlation:.2f}, "
+            f"chance explains {correlation.by_chance:.2f}{explained}"
         )
     counted = fit.run.consistency
     if counted.encoders_rejected > _REJECTED * fit.run.wheel_readings:

@@ -14,7 +14,7 @@ from touchline.checking.estimating.reference_frame import FrameFit, aligned
 from touchline.core.angles import wrapped_all
 from touchline.onboard.estimation.filter import AcceptedJump
 from touchline.onboard.estimation.tail import OUTLYING
-from touchline.onboard.filter_model import FIX_DOF
+from touchline.onboard.filter_model import FIX_DOF, FIX_LAG
 
 Floats = NDArray[np.float64]
 
@@ -89,8 +89,8 @@ def _consistency(run: EstimatorRun) -> dict[str, Any] | None:
         "outlying_pct": _pct(share < OUTLYING),
         "outlying_expected_pct": 100.0 * OUTLYING,
         "innovation_rms_m": float(np.sqrt((run.fixes[used, 3:5] ** 2).sum(axis=1).mean())) if used.any() else None,
-        "innovations_correlated": correlation.lag_1 if correlation else None,
-        "innovations_correlated_by_chance": correlation.lag_1_most if correlation else None,
+        "innovations_correlated": correlation.correlation if correlation else None,
+        "innovations_correlated_by_chance": correlation.by_chance if correlation else None,
         "wheel_nis_mean": counted.encoder_nis_mean,
         "wheel_nis_mean_expected": 2.0,
         "wheels_rejected": counted.encoders_rejected,
@@ -174,8 +174,8 @@ def _inconsistent(run: EstimatorRun) -> list[str]:
         )
     if correlation is not None and correlation.found:
         against.append(
-            f"not consistent: successive innovations of fixes are correlated by {correlation.lag_1:.2f}, where chance "
-            f"explains {correlation.lag_1_most:.2f}, so the claimed σ is not to be believed; {remedy}"
+            f"not consistent: innovations {FIX_LAG} fixes apart are correlated by {correlation.correlation:.2f}, where "
+            f"chance explains {correlation.by_chance:.2f}, so the claimed σ is not to be believed; {remedy}"
         )
     if wheels > MOST_WHEEL_NIS:
         against.append(

@@ -17,13 +17,14 @@ from touchline.core.arrays import copy
 from touchline.core.jit import kernel
 from touchline.onboard.computer_state import Computer, FilterState
 from touchline.onboard.drives import onboard_drive
+from touchline.onboard.estimation.aiding.gnss_aiding import set_slow_error_aside
 from touchline.onboard.estimation.aiding.imu_aiding import add_shaking_noise, forward_acceleration
 from touchline.onboard.estimation.calibration import LEARN_TICKS, learn, store_learned
 from touchline.onboard.estimation.measurements import accept_fix, measure, use_fix
 from touchline.onboard.estimation.prediction import add_scale_error, predict
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
 from touchline.onboard.estimation.updates import apply_rows, passes_gate
-from touchline.onboard.filter_model import EAST, MOST_UPDATES, NORTH, RING, SPEED, STATES
+from touchline.onboard.filter_model import EAST, MOST_UPDATES, NORTH, RING, SPEED, STATES, UPDATE_VARIANCE
 
 Floats = NDArray[np.float64]
 
@@ -66,7 +67,9 @@ def _rerun(ring: FilterState, drive: Any, first: int, last: int, live: int, scra
         if fixes[slot].used:
             use_fix(TickEstimate(xs[slot], Ps[slot], inputs[slot]), fixes[slot], c, scratch)
         if ring.update_counts[slot] > 0:
+            set_slow_error_aside(Ps[slot], c.slow_var)
             apply_rows(xs[slot], Ps[slot], ring.update_rows[slot], ring.update_counts[slot], scratch[1])
+            set_slow_error_aside(Ps[slot], -c.slow_var)
 
 
 @kernel
@@ -150,13 +153,16 @@ def take_row(computer: Computer, drive: Any, at: int, row: Floats) -> bool:
         Whether it is used: it is if it lies within its gate, and there is room.
     """
     ring, tick, slot = computer[0].filter, computer[0].times.tick, at % RING
-    x, P, count = ring.states[slot], ring.covariances[slot], ring.update_counts[slot]
+    x, P, count, c = ring.states[slot], ring.covariances[slot], ring.update_counts[slot], ring.figures
     if count >= MOST_UPDATES or not passes_gate(x, P, row):
         return False
     copy(row, ring.update_rows[slot, count])
+    ring.update_rows[slot, count, UPDATE_VARIANCE] += c.slow_var * (row[EAST] ** 2 + row[NORTH] ** 2)
     ring.update_counts[slot] = count + 1
     h = np.zeros((2, STATES))
     g = np.zeros(STATES)
+    set_slow_error_aside(P, c.slow_var)
     apply_rows(x, P, ring.update_rows[slot, count:], 1, g)
+    set_slow_error_aside(P, -c.slow_var)
     _rerun(ring, drive, at + 1, tick, -1, (h, g))
     return True

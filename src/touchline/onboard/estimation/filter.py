@@ -380,7 +380,8 @@ class Estimator:
         turned = lever @ p
         p[_PLACE, :] += turned
         p[:, _PLACE] += turned.T
-        p[np.ix_(_PLACE, _PLACE)] += turned @ lever.T + np.eye(2) * (variance_m2 + c.gnss_var)
+        variance_m2 += c.gnss_var + c.slow_var
+        p[np.ix_(_PLACE, _PLACE)] += turned @ lever.T + np.eye(2) * variance_m2
 
     def _gather(self, frame: SensorFrame, fixes: RecordArray[ReceivedFix]) -> None:
         """Average the sensors at standstill and start the filter when a fixed position arrives, or without one."""

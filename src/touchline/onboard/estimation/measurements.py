@@ -12,7 +12,12 @@ from typing import Any
 from touchline.core.jit import borrowing
 from touchline.onboard.estimation.aiding.camera_aiding import share_of_poses, use_heading
 from touchline.onboard.estimation.aiding.encoder_aiding import use_encoders
-from touchline.onboard.estimation.aiding.gnss_aiding import passes_doubt, position_fit, use_position
+from touchline.onboard.estimation.aiding.gnss_aiding import (
+    passes_doubt,
+    position_fit,
+    set_slow_error_aside,
+    use_position,
+)
 from touchline.onboard.estimation.aiding.imu_aiding import use_gyro
 from touchline.onboard.estimation.aiding.magnetometer_aiding import use_magnetometer
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
@@ -48,7 +53,9 @@ def accept_fix(at: TickEstimate, fix: FixInTick, c: FilterFigures, n: FilterCoun
         scratch: Overwritten.
     """
     h, _ = scratch
+    set_slow_error_aside(at.P, c.slow_var)
     nis, share = position_fit(at, fix, c, n, h)
+    set_slow_error_aside(at.P, -c.slow_var)
     if not math.isnan(fix.heading_rad):
         share = share_of_poses(share, at, fix, n, h[0])
     accepted: bool = passes_doubt(c, n, nis, share)
@@ -65,6 +72,8 @@ def use_fix(at: TickEstimate, fix: FixInTick, c: FilterFigures, scratch: Scratch
         c: Figures of the filter.
         scratch: Overwritten.
     """
+    set_slow_error_aside(at.P, c.slow_var)
     weighed_m2 = use_position(at, fix, c, scratch)
+    set_slow_error_aside(at.P, -c.slow_var)
     if not math.isnan(fix.heading_rad):
         use_heading(at, fix, weighed_m2, scratch)

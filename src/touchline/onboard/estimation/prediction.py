@@ -105,8 +105,8 @@ def predict(x: Floats, P: Floats, accel: float, z: TickInputs, c: FilterFigures)
     P[ACCEL_BIAS, ACCEL_BIAS] += c.q_accel_bias + z.rise_var * abs(turn) * min(abs(x[YAW_RATE]) * _TURNS_FOR_S, 1.0)
     unsure = _SLIP_ANGLE_SHARE * slip_angle
     side = (c.q_side_m + unsure * unsure) * abs(step)
-    P[EAST, EAST] += side * sin * sin
-    P[NORTH, NORTH] += side * cos * cos
+    P[EAST, EAST] += side * sin * sin + c.q_slow
+    P[NORTH, NORTH] += side * cos * cos + c.q_slow
     P[EAST, NORTH] -= side * sin * cos
     P[NORTH, EAST] -= side * sin * cos
 

@@ -21,7 +21,10 @@ Floats = NDArray[np.float64]
 
 OUTLYING: Final = 0.05
 """Share of honest fixes that err more than a fix that is not outlying."""
+BURST_SHARE: Final = 0.091
+"""Share of the time in bursts of errors, of a receiver that has them while its antenna moves."""
 _LEAST_LIKELY = 1e-4
+_IMPOSSIBLE = 1e-300
 CONTRADICTED: Final = 27.6
 """Limit of −ln of the likelihood, 1e-12, at which a run of outlying fixes is no chance. Three fixes that are 8 cm or
 more off are as unlikely, or five that are 3 cm off. Of 40 million honest fixes, drawn as the emulator does, none ends
@@ -88,6 +91,17 @@ def likelihood(nis: float, dof: float) -> float:
 
 
 @kernel
+def likelihood_in_burst(nis: float) -> float:
+    """Return the share of fixes that err at least as much because of a burst: that of bursts, times exp(−NIS/2).
+
+    Args:
+        nis: NIS of both axes, with the variance of a burst's errors.
+    """
+    share: float = BURST_SHARE * math.exp(-0.5 * nis)
+    return share
+
+
+@kernel
 def likelihood_of_one(nis: float) -> float:
     """Return the share of normally distributed numbers that err at least as much: erfc √(NIS/2)."""
     share: float = math.erfc(math.sqrt(0.5 * nis))
@@ -95,16 +109,21 @@ def likelihood_of_one(nis: float) -> float:
 
 
 @kernel
-def doubt(so_far: float, share: float) -> float:
+def doubt(so_far: float, share: float, news: float) -> float:
     """Return −ln of the likelihood of a run of outlying fixes to which a fix is added.
 
     That likelihood is the product of those of its fixes, of which none counts as less likely than 1 in 10,000: one wild
-    fix alone contradicts nothing. A fix that is not outlying ends the run.
+    fix alone contradicts nothing. A fix that is not outlying ends the run. Errors that are correlated by ϕ repeat
+    themselves: where e makes the first fix less likely by e²/2σ², it makes the next one so by (1 − ϕ)/(1 + ϕ) of that.
 
     Args:
         so_far: −ln of the likelihood of the run before; 0 if there is none.
         share: Share of an honest receiver's fixes that err at least as much as the new one (`likelihood`).
+        news: (1 − ϕ)/(1 + ϕ) of the receiver; 1 if its errors are independent.
     """
     if share > OUTLYING:
         return 0.0
-    return so_far - math.log(max(share, _LEAST_LIKELY))
+    told = -math.log(max(share, _IMPOSSIBLE))
+    if so_far > 0.0:
+        told *= news
+    return so_far + min(told, -math.log(_LEAST_LIKELY))

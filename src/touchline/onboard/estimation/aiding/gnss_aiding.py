@@ -15,8 +15,15 @@ from touchline.core.jit import borrowing, kernel
 from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard.computer_state import FilterState, ReceivedFix
 from touchline.onboard.estimation.consistency_monitor import note_innovation
-from touchline.onboard.estimation.gauss_markov import one_term
-from touchline.onboard.estimation.tail import bounded, doubt, likelihood, weighed_variance
+from touchline.onboard.estimation.gauss_markov import position_error
+from touchline.onboard.estimation.tail import (
+    BURST_SHARE,
+    bounded,
+    doubt,
+    likelihood,
+    likelihood_in_burst,
+    weighed_variance,
+)
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
 from touchline.onboard.estimation.updates import apply_two, nis_of_two, whitened
 from touchline.onboard.filter_model import (
@@ -50,6 +57,7 @@ _SINGLE_FIX_FLOOR_M2 = 1.0
 _FLOAT_FIX_FLOOR_M2 = 0.04
 _CONSTANT_WALK_RTS = 8e-5  # 2 mm, and 2 ms, in ten minutes [assumed]: a mast gives way, a receiver's load changes
 _RECENT = 0.1  # weight of the newest fix in the running NIS
+_BURST_TAU = 0.5  # time constant in a burst against that of the part with bursts and without
 
 Floats = NDArray[np.float64]
 
@@ -65,13 +73,18 @@ def gnss_figures(c: FilterFigures, vehicle: Vehicle, config: OnboardConfig) -> N
     gnss, body = config.gnss, vehicle.body
     c.antenna_x_m, c.antenna_y_m = body.gnss_antenna_x_m, body.gnss_antenna_y_m
     c.mast_s2 = body.gnss_antenna_z_m / GRAVITY_MPS2
-    c.gnss_var, tau = one_term(
+    error = position_error(
         (
-            (max(gnss.gauss_markov_1_m, 1e-4), gnss.gauss_markov_1_tau_s),
-            (max(gnss.gauss_markov_2_m, 1e-4), gnss.gauss_markov_2_tau_s),
+            (gnss.gauss_markov_1_m, gnss.gauss_markov_1_tau_s),
+            (gnss.gauss_markov_2_m, gnss.gauss_markov_2_tau_s),
         )
     )
-    c.gnss_decay = math.exp(-TICK_S / tau)
+    c.gnss_var, c.gnss_decay = error.variance, math.exp(-TICK_S / error.tau_s)
+    c.slow_var, c.q_slow = error.slow_variance, 2.0 * error.slow_variance * TICK_S / error.slow_tau_s
+    if error.slow_variance > 0.0:
+        c.burst_var = error.variance / BURST_SHARE
+        left = math.exp(-1.0 / (gnss.rate_hz * _BURST_TAU * error.tau_s))
+        c.fix_news = (1.0 - left) / (1.0 + left)
     c.stamp_offset_s = gnss.stamp_offset_s
     c.constant_var[1:] = gnss.antenna_sigma_m**2, gnss.antenna_sigma_m**2, gnss.stamp_offset_sigma_s**2
     c.q_constant[1:] = (_CONSTANT_WALK_RTS**2 * TICK_S,) * 3
@@ -98,7 +111,7 @@ def enter_fix(fix: ReceivedFix, ring: FilterState) -> int:
     entered.heading_variance_rad2 = max(fix.heading_variance_rad2, c.r_heading)
     if fix.fix == FIX_FIXED:
         # What the receiver reports beyond its data sheet is trouble; what it reports less is not believed.
-        excess = fix.variance_m2 - c.r_gnss - c.gnss_var
+        excess = fix.variance_m2 - c.r_gnss - c.gnss_var - c.slow_var
         entered.variance_m2 = c.r_gnss + max(excess, 0.0)
     else:
         floor = _FLOAT_FIX_FLOOR_M2 if fix.fix == FIX_FLOAT else _SINGLE_FIX_FLOOR_M2
@@ -158,8 +171,8 @@ def position_fit(
         h: (2, STATES) overwritten.
 
     Returns:
-        Normalised innovation squared (NIS), bounded as in `tail.bounded`, and the share of an honest receiver's fixes
-        that err at least as much.
+        Normalised innovation squared (NIS), bounded as in `tail.bounded`, against what bursts explain, and the share of
+        an honest receiver's fixes that err at least as much.
     """
     y = fix_rows(at, fix, c, h)
     nis = nis_of_two(at.P, h, y, fix.variance_m2)
@@ -168,7 +181,25 @@ def position_fit(
     n.innovation_east_m, n.innovation_north_m, n.fix_nis_last = y[0], y[1], weighed
     n.fix_white_0, n.fix_white_1, n.fix_log_det = whitened(at.P, h, y, fix.variance_m2)
     note_innovation(n, at.x[SPEED])
-    return weighed, likelihood(nis, c.fix_dof)
+    if c.burst_var == 0.0:
+        return weighed, likelihood(nis, c.fix_dof)
+    nis = nis_of_two(at.P, h, y, fix.variance_m2 + c.burst_var)
+    return bounded(nis, c.fix_dof), likelihood_in_burst(nis)
+
+
+@borrowing
+def set_slow_error_aside(P: Floats, variance: float) -> None:
+    """Subtract the slow error that all positions share from the covariance, for their update; add it with a minus.
+
+    It is considered (`prediction.add_scale_error` has the source): the position that fixes tell is the true one plus
+    that error, whose variance they cannot reduce.
+
+    Args:
+        P: (STATES, STATES) covariance of the state, updated.
+        variance: Variance of that error [m²].
+    """
+    P[EAST, EAST] -= variance
+    P[NORTH, NORTH] -= variance
 
 
 @kernel
@@ -178,17 +209,17 @@ def passes_doubt(c: FilterFigures, n: FilterCounters, nis: float, share: float) 
     Args:
         c: Figures of the filter.
         n: Counters, updated.
-        nis: Bounded NIS of the fix.
+        nis: Bounded NIS of the fix, against what bursts explain.
         share: Share of honest fixes that err at least as much.
     """
-    n.fix_doubt = doubt(n.fix_doubt, share)
+    n.fix_doubt = doubt(n.fix_doubt, share, c.fix_news)
     n.fixes_outlying_run = n.fixes_outlying_run + 1 if n.fix_doubt > 0.0 else 0
     n.outlying_step_m = max(n.outlying_step_m, n.fix_step_m) if n.fixes_outlying_run > 0 else 0.0
     if n.fix_doubt >= c.fix_doubt_most:
         n.fixes_rejected += 1
         return False
     n.fixes += 1
-    n.fix_nis_sum += nis
+    n.fix_nis_sum += n.fix_nis_last
     n.fix_nis_recent += _RECENT * (nis - n.fix_nis_recent)
     return True
 
