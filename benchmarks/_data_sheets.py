@@ -24,6 +24,7 @@ def data_sheets(scenario: Scenario, **others: Any) -> OnboardConfig:
         name: getattr(scenario, name).model_dump(include=set(kind.model_fields)) for name, kind in _SHEETS.items()
     }
     groups["gnss"] |= {"antenna_sigma_m": 0.0, "stamp_offset_sigma_s": 0.0}
+    groups["drive"] |= {"crab_rad": 0.0, "side_slip_m_rtm": 0.001}
     groups["imu"] |= {"gyro_scale_sigma": 0.0}
     if scenario.gnss.burst_share > 0.0:
         groups["gnss"] |= GnssSheet().model_dump(include={"gauss_markov_2_m", "gauss_markov_2_tau_s"})

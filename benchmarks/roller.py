@@ -23,7 +23,7 @@ from touchline.schemas.vehicles.shipped import CLAY_ROLLER as VEHICLE
 
 CLAY = Scenario(ground=Ground(surface="clay"))
 ONBOARD = OnboardConfig(
-    drive=DriveSheet(slip_relative=0.03),
+    drive=DriveSheet(slip_relative=0.03, crab_rad=0.0, side_slip_m_rtm=0.001),
     gnss=GnssSheet(antenna_sigma_m=0.0, stamp_offset_sigma_s=0.0),
     imu=ImuSheet(gyro_scale_sigma=0.0),
 )

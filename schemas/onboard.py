@@ -140,12 +140,15 @@ class DriveSheet(GrownSpec):
     """Slip of the wheels on the robot's usual ground, 1 σ as a share."""
     slip_tau_s: Seconds = 0.5
     """Correlation time of the slip."""
-    side_slip_m_rtm: Deviation = 0.001
+    side_slip_m_rtm: Deviation = 0.01
     """Random walk sideways, 1 σ after a metre (logs of other robots: 0.02)."""
     grip: Annotated[float, Field(ge=0.05, le=2)] = 0.6
     """Largest braking force over the load on the driven wheels (dry grass 0.6, wet grass 0.35)."""
 
-    later_fields = ("side_slip_m_rtm", "grip")
+    crab_rad: Annotated[float, Field(ge=0, le=0.2)] = 0.015
+    """Angle between the heading and the way that the robot takes, which no sensor tells, 1 σ (a mower: 0.02)."""
+
+    later_fields = ("side_slip_m_rtm", "grip", "crab_rad")
 
 
 class FenceLimits(Spec):

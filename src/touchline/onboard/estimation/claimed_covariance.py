@@ -1,9 +1,9 @@
 """Covariance of the pose that the robot claims: the filter's, and what is not known of the ground's slope.
 
 Fixes tell where the antenna is and in which direction the robot moves. On a slope the mast leans downhill and the robot
-drifts by an angle, so that the axle's place and the heading are as uncertain as these: the slope, which is learned
-beside the states, is considered (S. F. Schmidt, "Application of State-Space Methods to Navigation Problems", Advances
-in Control Systems 3, 1966).
+drifts by an angle, and any robot may drive a little aside of where it heads: the axle's place and the heading are as
+uncertain as these. The slope, which is learned beside the states, and that angle are considered (S. F. Schmidt,
+"Application of State-Space Methods to Navigation Problems", Advances in Control Systems 3, 1966).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def claim(c: ComputerState, P: Floats) -> None:
     P[1, 1] += mast * mast * learned.north_var
     P[0, 2] += mast * (by_east * learned.east_var + by_north * learned.east_north)
     P[1, 2] += mast * (by_east * learned.east_north + by_north * learned.north_var)
-    P[2, 2] = _heading_variance(c)
+    P[2, 2] = _course_variance(c) + c.filter.figures.crab_var
     P[1, 0], P[2, 0], P[2, 1] = P[0, 1], P[0, 2], P[1, 2]
 
 
@@ -67,7 +67,17 @@ def claimed_heading_sigma(c: ComputerState) -> float:
     Args:
         c: State with an estimate.
     """
-    return math.sqrt(_heading_variance(c))
+    return math.sqrt(_course_variance(c) + c.filter.figures.crab_var)
+
+
+@kernel
+def course_sigma(c: ComputerState) -> float:
+    """Return σ of the heading that the robot has if it drives where it heads [rad]: what driving improves.
+
+    Args:
+        c: State with an estimate.
+    """
+    return math.sqrt(_course_variance(c))
 
 
 @kernel
@@ -79,7 +89,7 @@ def _drift(c: ComputerState) -> tuple[float, float]:
 
 
 @kernel
-def _heading_variance(c: ComputerState) -> float:
+def _course_variance(c: ComputerState) -> float:
     learned, (by_east, by_north) = c.filter.learned, _drift(c)
     variance: float = c.filter.covariances[c.times.tick % m.RING, m.HEADING, m.HEADING]
     variance += by_east * by_east * learned.east_var + by_north * by_north * learned.north_var

@@ -34,6 +34,7 @@ def noise_figures(vehicle: Vehicle, config: OnboardConfig, drive_model: OnboardD
     c = FilterFigures()
     if vehicle.positioning == GNSS:
         gnss_figures(c, vehicle, config)
+        c.crab_var = config.drive.crab_rad**2
     elif vehicle.positioning == OVERHEAD_CAMERA:
         camera_figures(c, config)
     elif vehicle.positioning == ODOMETRY:

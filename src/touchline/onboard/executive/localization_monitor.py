@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 from touchline.core.jit import kernel
 from touchline.onboard.computer_state import Computer, ComputerState
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
-from touchline.onboard.estimation.claimed_covariance import claimed_heading_sigma, claimed_position_sigma
+from touchline.onboard.estimation.claimed_covariance import claimed_position_sigma, course_sigma
 from touchline.onboard.estimation.tail import CONTRADICTED
 from touchline.onboard.interface import TICK_S, TICKS_PER_S
 from touchline.schemas.onboard import CameraSheet, GnssSheet, OnboardConfig
@@ -189,7 +189,7 @@ def speaks_against_painting(computer: Computer, nozzle_lateral_m: float) -> int:
         return int(c.pose.pose)
     if abs(nozzle_lateral_m) > MAX_LATERAL_M:
         return OFF_LINE
-    return HEADING_UNCERTAIN if claimed_heading_sigma(c) > MAX_HEADING_SIGMA_RAD else GOOD
+    return HEADING_UNCERTAIN if course_sigma(c) > MAX_HEADING_SIGMA_RAD else GOOD
 
 
 _USUAL: Final = PoseLimits()
