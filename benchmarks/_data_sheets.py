@@ -18,11 +18,11 @@ _SHEETS: dict[str, type[Spec]] = {
 def data_sheets(scenario: Scenario, **others: Any) -> OnboardConfig:
     """Create the configuration whose data sheets match the scenario; `others` are its other fields.
 
-    A receiver with bursts has the second wander that stands for the default ones.
+    A receiver with bursts has the white part and the second wander that stand for the default ones.
     """
     groups = {
         name: getattr(scenario, name).model_dump(include=set(kind.model_fields)) for name, kind in _SHEETS.items()
     }
     if scenario.gnss.burst_share > 0.0:
-        groups["gnss"] |= GnssSheet().model_dump(include={"gauss_markov_2_m", "gauss_markov_2_tau_s"})
+        groups["gnss"] |= GnssSheet().model_dump(include={"white_m", "gauss_markov_2_m", "gauss_markov_2_tau_s"})
     return OnboardConfig.model_validate(groups | others)
