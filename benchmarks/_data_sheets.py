@@ -18,7 +18,7 @@ _SHEETS: dict[str, type[Spec]] = {
 def data_sheets(scenario: Scenario, **others: Any) -> OnboardConfig:
     """Create the configuration of a robot that is as its files say, without doubt; `others` are its other fields.
 
-    A receiver with bursts has the second wander that stands for the default ones.
+    A receiver with bursts has the white part and the second wander that stand for the default ones.
     """
     groups = {
         name: getattr(scenario, name).model_dump(include=set(kind.model_fields)) for name, kind in _SHEETS.items()
@@ -27,5 +27,5 @@ def data_sheets(scenario: Scenario, **others: Any) -> OnboardConfig:
     groups["drive"] |= {"crab_rad": 0.0, "side_slip_m_rtm": 0.001}
     groups["imu"] |= {"gyro_scale_sigma": 0.0}
     if scenario.gnss.burst_share > 0.0:
-        groups["gnss"] |= GnssSheet().model_dump(include={"gauss_markov_2_m", "gauss_markov_2_tau_s"})
+        groups["gnss"] |= GnssSheet().model_dump(include={"white_m", "gauss_markov_2_m", "gauss_markov_2_tau_s"})
     return OnboardConfig.model_validate(groups | others)

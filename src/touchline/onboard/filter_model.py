@@ -298,7 +298,7 @@ class FilterCounters(Record):
     """Fixes that have been entered there."""
     fix_cross: float
     """Mean product of innovations that are `FIX_LAG` fixes apart, see `estimation/consistency_monitor`."""
-    fix_power: float = 1.0
+    fix_power: float = 0.3
     """Mean square of them, both axes together."""
     inconsistent: bool
     """True if those innovations are correlated, so that the claimed covariance is not to be believed."""
