@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from tests.onboard.rig import Rig, Run, chain, start, trajectory
 from touchline.onboard import Onboard
+from touchline.onboard import filter_model as m
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.executive.localization_monitor import (
     MAX_HEADING_SIGMA_RAD,
@@ -86,7 +87,7 @@ def test_run_in_too_short_for_the_heading_is_driven_again() -> None:
     began = []
     while run.onboard.state in (RUNNING, PAUSED):
         if run.tick().valve and not began:
-            began.append(run.onboard.estimate.covariance[8])
+            began.append(run.onboard.estimator.covariance[m.HEADING, m.HEADING])
     assert run.onboard.state == DONE
     assert math.sqrt(began[0]) <= MAX_HEADING_SIGMA_RAD
     assert run.painted[0][0] == pytest.approx(0.615, abs=0.04)

@@ -76,7 +76,7 @@ def test_what_a_float_solution_claims_can_be_given():
 
 
 def test_without_corrections_a_fix_is_held_drifts_and_then_jumps():
-    quiet = {"white_m": 0, "gauss_markov_1_m": 0, "gauss_markov_2_m": 0, **QUICK}
+    quiet = {"white_m": 0, "burst_share": 0, "gauss_markov_1_m": 0, "gauss_markov_2_m": 0, **QUICK}
     run = drive(
         900,
         fault("corrections-lost", start_s=1.0, duration_s=6.0),

