@@ -39,8 +39,8 @@ def estimate_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any]:
         "jumps": {
             "accepted": len(jumps),
             "largest_m": max((jump.moved_m for jump in jumps), default=0.0),
-            "divergences": len(drifts),
-            "largest_divergence_m": max((drift.moved_m for drift in drifts), default=0.0),
+            "divergences": len(drifts) + run.strays,
+            "largest_divergence_m": max((run.stray_most_m, *(drift.moved_m for drift in drifts))),
             "contradicted_s": run.contradicted_s,
         },
         "consistency": _consistency(run),
@@ -92,6 +92,7 @@ def _consistency(run: EstimatorRun) -> dict[str, Any] | None:
         "wheel_nis_mean": counted.encoder_nis_mean,
         "wheel_nis_mean_expected": 2.0,
         "wheels_rejected": counted.encoders_rejected,
+        "unmodelled_walk_most_m_rtm": run.wander_most_m_rtm,
         "position_sigma_m": counted.position_sigma_m,
         "heading_sigma_rad": counted.heading_sigma_rad,
     }
@@ -156,16 +157,16 @@ def _inconsistent(run: EstimatorRun) -> list[str]:
     against, correlation, wheels = [], fixes_whiteness(run.white), run.consistency.encoder_nis_mean
     remedy = "`touchline calibrate` looks for the cause"
     _, drifts = _jumps_and_drifts(run)
-    if drifts:
-        worst = max(drifts)
+    if drifts or run.strays:
+        moved_m = max((run.stray_most_m, *(drift.moved_m for drift in drifts)))
         against.append(
-            f"not consistent: the estimate drifted away from the fixes {len(drifts)} times, by up to "
-            f"{worst.moved_m:.2f} m, though the receiver jumped by {worst.seen_m:.2f} m at most then; {remedy}"
+            f"not consistent: the estimate strayed from the fixes {len(drifts) + run.strays} times, by up to "
+            f"{moved_m:.2f} m, though the receiver had not jumped; {remedy}"
         )
-    if correlation is not None and correlation.found:
+    if correlation is not None and correlation.found and correlation.lag_1 > 0.0:  # else σ is too large
         against.append(
             f"not consistent: successive innovations of fixes are correlated by {correlation.lag_1:.2f}, where chance "
-            f"explains {correlation.lag_1_most:.2f}, so the claimed σ is not to be believed; {remedy}"
+            f"explains {correlation.lag_1_most:.2f}, so the noise figures are wrong; {_raised(run)}; {remedy}"
         )
     if wheels > MOST_WHEEL_NIS:
         against.append(
@@ -173,6 +174,14 @@ def _inconsistent(run: EstimatorRun) -> list[str]:
             f"vehicle's radii or track are wrong; {remedy}"
         )
     return against
+
+
+def _raised(run: EstimatorRun) -> str:
+    """Return by how much the claimed σ has been raised for it."""
+    if run.wander_most_m_rtm == 0.0:
+        return "the claimed σ is not to be believed"
+    walk_mm = 1e3 * run.wander_most_m_rtm
+    return f"the claimed σ has been raised by a walk of up to {walk_mm:.0f} mm over a metre"
 
 
 def _why_not(run: EstimatorRun) -> str:

@@ -22,7 +22,7 @@ CONSISTENT_UNTIL: Final = 0.1
 """Correlation below which it is consistent again."""
 MOVING_MPS: Final = 0.05
 """Speed from which fixes count: standing receivers wander, and scatter less than their data sheets say."""
-_CLIP: Final = 3.0
+CLIP: Final = 3.0
 
 
 @kernel
@@ -33,8 +33,8 @@ def note_innovation(n: FilterCounters, speed_mps: float) -> None:
         n: Counters with its normalised innovation, updated.
         speed_mps: Speed when it was measured.
     """
-    white_0 = min(max(n.fix_white_0, -_CLIP), _CLIP)
-    white_1 = min(max(n.fix_white_1, -_CLIP), _CLIP)
+    white_0 = min(max(n.fix_white_0, -CLIP), CLIP)
+    white_1 = min(max(n.fix_white_1, -CLIP), CLIP)
     if abs(speed_mps) < MOVING_MPS:
         return
     if not math.isnan(n.fix_before_0):
