@@ -47,8 +47,8 @@ def estimate(file: RecordingArgument, *, choice: EstimateChoice, as_json: JsonOp
     for a stationary receiver also the scatter and drift of its fixes.
     """
     from touchline.checking.estimating.estimate_picture import draw_estimate
-    from touchline.checking.estimating.log_figures import estimate_log, with_onboard
     from touchline.checking.estimating.estimator_inputs import EstimatorInputs
+    from touchline.checking.estimating.log_figures import estimate_log, with_onboard
     from touchline.recordings.writing import check_writable
 
     check_plot(choice.plot)

@@ -212,6 +212,8 @@ class FilterFigures(Record):
     """Variance of the white part of a fix, its tail included, or of a camera's pose."""
     r_heading: float
     """Variance of a camera's heading."""
+    adapts: bool = True
+    """True if the claimed σ grows with what innovations show, see `estimation/adaptation`."""
     fix_doubt_most: float
     """`FilterCounters.fix_doubt` from which fixes are rejected."""
     fix_dof: float

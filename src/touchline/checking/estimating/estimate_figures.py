@@ -15,6 +15,7 @@ from touchline.core.angles import wrapped_all
 from touchline.onboard.estimation.filter import AcceptedJump
 from touchline.onboard.estimation.tail import OUTLYING
 from touchline.onboard.filter_model import FIX_DOF
+from touchline.schemas.vehicles import ODOMETRY
 
 Floats = NDArray[np.float64]
 
@@ -141,6 +142,8 @@ def verdict(run: EstimatorRun) -> list[str]:
             f"outside of its design: of the fixes {accepted:.0f} % are accepted, the others contradict the estimate "
             f"({run.contradicted_s:,.0f} s in all); a robot would stand still meanwhile"
         )
+    if not len(run.receiver):
+        return against + _inconsistent(run)
     sheet = run.setup.onboard.gnss
     sheet_m = math.sqrt(sheet.white_m**2 + sheet.gauss_markov_1_m**2 + sheet.gauss_markov_2_m**2)
     reported_m = float(np.median(run.receiver[run.receiver[:, 4] > 0, 3]))
@@ -186,6 +189,8 @@ def _raised(run: EstimatorRun) -> str:
 
 def _why_not(run: EstimatorRun) -> str:
     kinds = run.receiver[:, 4]
+    if run.setup.vehicle.positioning == ODOMETRY:
+        return "it needs the robot to stand for 0.25 s"
     if not len(kinds):
         return "there are no fixes"
     if not (kinds == 3).any():

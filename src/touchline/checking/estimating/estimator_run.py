@@ -158,8 +158,8 @@ def rerun(
         setup: Setup of the robot, the session's or another.
         frames: Sensor frames.
         progress: Called with the fraction done.
-        forgiving: Use all fixes, however unlikely, so that the results change little with the setup; outlying ones
-            count little all the same.
+        forgiving: Use all fixes, however unlikely, and adapt nothing, so that the results change little with the setup;
+            outlying ones count little all the same.
     """
     if forgiving:
         sheet = setup.onboard.gnss.model_copy(update={"jump_fixes": None})
@@ -168,6 +168,7 @@ def rerun(
     runner = _Runner(run, inputs, frames)
     if forgiving:
         runner.estimator.ring.figures.fix_doubt_most = math.inf
+        runner.estimator.ring.figures.adapts = False
     runner.go(progress)
     return run
 

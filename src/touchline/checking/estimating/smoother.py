@@ -9,7 +9,6 @@ It shares the estimator's noise figures, but neither its states nor its gates. D
 
 from __future__ import annotations
 
-import math
 from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
@@ -35,7 +34,7 @@ _STATES: Final = 7
 _EAST, _NORTH, _HEADING, _BIAS, _SLIP, _SLOW = range(6)  # the slow error has two
 _ROUNDS: Final = 12
 _ODOMETRY_DOF: Final = 4.0
-_ODOMETRY_FLOOR_M2: Final = 0.001**2
+_ODOMETRY_FLOOR_M2: Final = 0.00005**2
 _SLIP_VAR: Final = 0.01**2
 _SLIP_WALK: Final = 0.0005**2  # per second
 _BIAS_VAR: Final = 0.01**2
@@ -69,11 +68,19 @@ class _Odometry(NamedTuple):
 
 
 class _Fixes(NamedTuple):
-    """RTK-fixed positions: (k,) pose before each, (k, 2) antenna in the frame of that pose, and place [m]."""
+    """RTK-fixed positions.
+
+    Attributes:
+        node: (k,) pose before each.
+        arm: (k, 2) antenna in the frame of that pose [m].
+        place: (k, 2) east and north [m].
+        variance: (k,) of the white part, its tail included [m²].
+    """
 
     node: Integers
     arm: Floats
     place: Floats
+    variance: Floats
 
 
 def smoothed(run: EstimatorRun, frames: FrameSeries) -> Smoothed | None:
@@ -104,7 +111,7 @@ def distance_in_sigma(run: EstimatorRun, track: Smoothed) -> float:
 
 
 def _sampled(frames: FrameSeries, first: int, last: int, kind: int, columns: slice) -> Floats:
-    """Return readings by the tick in which they were measured, `first` to `last`; the one before where there is none."""
+    """Return readings by the tick in which they were measured, `first` to `last`, or the last one before."""
     row = frames.measured[:, kind] - first
     inside = (row >= 0) & (row <= last - first)
     readings = np.full((last - first + 1, columns.stop - columns.start), np.nan)
@@ -143,9 +150,7 @@ def _odometry(run: EstimatorRun, frames: FrameSeries, ticks: Integers, c: Filter
     return _Odometry(within[:-1, -1], variance, within)
 
 
-def _fixes(
-    run: EstimatorRun, frames: FrameSeries, ticks: Integers, odometry: _Odometry, c: FilterFigures
-) -> _Fixes:
+def _fixes(run: EstimatorRun, frames: FrameSeries, ticks: Integers, odometry: _Odometry, c: FilterFigures) -> _Fixes:
     fixes = cast("NDArray[Any]", frames.fixes)
     fixes = fixes[fixes["fix"] == FIX_FIXED]
     # A tick's state is at its end.
@@ -159,7 +164,8 @@ def _fixes(
     arm = moved[:, :2] + np.column_stack(
         (cos * c.antenna_x_m - sin * c.antenna_y_m, sin * c.antenna_x_m + cos * c.antenna_y_m)
     )
-    return _Fixes(node, arm, np.column_stack((fixes["east_m"], fixes["north_m"])))
+    variance = c.r_gnss + np.maximum(fixes["variance_m2"] - c.r_gnss - c.gnss_var, 0.0)
+    return _Fixes(node, arm, np.column_stack((fixes["east_m"], fixes["north_m"])), variance)
 
 
 class _Problem:
@@ -228,23 +234,22 @@ class _Problem:
 
     def _add_fixes(self, x: Floats, diagonal: Floats, slope: Floats) -> None:
         """Compare poses with positions."""
-        node, arm, place = self._fixes
+        node, arm, place, whole = self._fixes
         cos, sin = np.cos(x[node, _HEADING]), np.sin(x[node, _HEADING])
         arm_e, arm_n = cos * arm[:, 0] - sin * arm[:, 1], sin * arm[:, 0] + cos * arm[:, 1]
         residual = x[node, :2] + np.column_stack((arm_e, arm_n)) + x[node, _SLOW:] - place
         rows = np.zeros((len(node), 2, _STATES))
         rows[:, 0, _EAST] = rows[:, 1, _NORTH] = rows[:, 0, _SLOW] = rows[:, 1, _SLOW + 1] = 1.0
         rows[:, 0, _HEADING], rows[:, 1, _HEADING] = -arm_n, arm_e
-        variance = self._c.r_gnss * (FIX_DOF - 2.0) / FIX_DOF
-        both = (residual**2).sum(axis=1, keepdims=True) / variance
-        information = (FIX_DOF + 2.0) / (FIX_DOF + both[:, 0]) / variance
+        variance = whole * (FIX_DOF - 2.0) / FIX_DOF
+        information = (FIX_DOF + 2.0) / (FIX_DOF + (residual**2).sum(axis=1) / variance) / variance
         np.add.at(diagonal, node, np.einsum("nki,n,nkj->nij", rows, information, rows))
         np.add.at(slope, node, -np.einsum("nki,n,nk->ni", rows, information, residual))
 
 
 def _weights(squares: Floats, dof: float) -> Floats:
     """Return weights of numbers with a Student-t distribution, by their squares in units of the variance."""
-    return cast("Floats", (dof + 1.0) / (dof + squares))
+    return (dof + 1.0) / (dof + squares)
 
 
 def _banded(diagonal: Floats, below: Floats, right: Floats) -> Floats:
@@ -264,11 +269,3 @@ def _banded(diagonal: Floats, below: Floats, right: Floats) -> Floats:
             band[k + i - j, :-1, j] = below[:, i, j]
     solution = solveh_banded(band.reshape(2 * k, n * k), right.ravel(), lower=True)
     return cast("Floats", solution.reshape(n, k))
-
-
-def mean_error_m(track: Smoothed, reference: Floats) -> float:
-    """Return the mean distance of a smoothed track from a reference of the axle's centre, (n, 4) as in a run [m]."""
-    at = track.ticks / TICKS_PER_S
-    there = np.column_stack([np.interp(at, reference[:, 0], reference[:, 1 + axis]) for axis in range(2)])
-    inside = (at >= reference[0, 0]) & (at <= reference[-1, 0])
-    return float(np.mean([math.hypot(*each) for each in (track.poses[inside, :2] - there[inside]).tolist()]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,6 +25,7 @@ from touchline.schemas.vehicles import ODOMETRY, Vehicle
 from touchline.schemas.vehicles.shipped import SHIPPED
 
 _RATES_HZ: Final = (1, 2, 5, 10, 20)
+_STOOD_RAD: Final = 1e-3
 _UNKNOWN_ROBOT: Final = {
     "drive": {"side_slip_m_rtm": 0.02},
     "imu": {"gyro_density_radps_rthz": 0.002},
@@ -87,7 +88,8 @@ def import_logs(
     at_ticks = tick_sensors(sensors, mapping, vehicle)
     odometry_alone = sensors.fixes is None and at_ticks.drives
     if odometry_alone:
-        vehicle = vehicle.changed(positioning=ODOMETRY)
+        vehicle = vehicle.model_copy(update={"positioning": ODOMETRY})
+        at_ticks = _facing(at_ticks, sensors)
     onboard = _with_rate(_of_unknown_robot(mapping.onboard), sensors)
     scenario = Scenario(name=mapping.name[:40] or "imported", origin=sensors.origin)
     setup = Setup(vehicle=vehicle, onboard=onboard, scenario=scenario)
@@ -119,6 +121,15 @@ def _vehicle(mapping: LogMapping, folder: Path) -> Vehicle:
         return vehicle
     axes = ("gnss_antenna_x_m", "gnss_antenna_y_m", "gnss_antenna_z_m")
     return vehicle.changed(body=dict(zip(axes, mapping.antenna_m, strict=True)))
+
+
+def _facing(at_ticks: TickSensors, sensors: ForeignSensors) -> TickSensors:
+    """Return the sensors with a magnetometer that reads the reference's first heading until the wheels turn."""
+    known = sensors.reference.heading_rad if sensors.reference is not None else np.zeros(1)
+    known = known[np.isfinite(known)]
+    turned = np.abs(at_ticks.angles_rad - at_ticks.angles_rad[0]).max(axis=1) >= _STOOD_RAD
+    stands = np.cumsum(turned) == 0
+    return replace(at_ticks, heading_rad=np.where(stands, known[0] if len(known) else 0.0, math.nan))
 
 
 def _of_unknown_robot(onboard: OnboardConfig) -> OnboardConfig:

@@ -4,9 +4,9 @@ Four rules, none of which acts in a job whose files are right:
 
 - **Wander.** A filter that wanders more than its noise figures say follows the fixes all the same, but claims too much
   once it has none. If innovations are correlated, so that the figures are wrong (`consistency_monitor`), a second
-  filter is run without fixes for some seconds at a time (`blind_run`). Its error over its σ is what an outage would have
-  shown, and scales unmodelled motion: a random walk sideways and along, and one of the heading (covariance matching:
-  R. K. Mehra, "Approaches to adaptive filtering", IEEE Trans. Automatic Control 17(5), 1972).
+  filter is run without fixes for some seconds at a time (`blind_run`). Its error over its σ is what an outage would
+  have shown, and scales unmodelled motion: a random walk sideways and along, and one of the heading (covariance
+  matching: R. K. Mehra, "Approaches to adaptive filtering", IEEE Trans. Automatic Control 17(5), 1972).
 - **Stray.** If a robot that is known to wander has its fixes rejected though the receiver has not jumped, the estimate
   has strayed. Its σ grows by that distance at once, and the fix is used (strong tracking filter: D. H. Zhou and P. M.
   Frank, Int. J. Control 65(2), 1996). The same holds once it has been driven on for some metres, whatever the fixes
@@ -49,7 +49,7 @@ TURN_RAD2PM: Final = 0.0005**2
 FIRST_WANDER: Final = 9.0
 """Wander to begin with: a mower on a meadow is 3 cm off after a metre (docs/measurements/logs.md)."""
 MOST_WANDER: Final = 100.0
-"""Largest wander: 10 cm and 0.17° over a metre, 1 m and 1.7° over 100 m."""
+"""Largest wander: 10 cm and 0.3° over a metre, 1 m and 3° over 100 m."""
 _FASTEST = 3.0  # most by which σ grows after one blind run
 _DECAY = 0.998  # of the variance, per second of one whose error is within its σ
 _LEAST = 0.01

@@ -110,7 +110,8 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
         return False
     valid = TickEstimate(xs[where], Ps[where], inputs[where])
     accepted = accept_fix(valid, fix, c, n, (h, g))
-    note_whiteness(ring.blind, n, valid.x[SPEED])
+    if c.adapts:
+        note_whiteness(ring.blind, n, valid.x[SPEED])
     if not accepted and not strays(ring, valid.x[SPEED]):
         return False
     for later in range(at + 1, tick + 1):
