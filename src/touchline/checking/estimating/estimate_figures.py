@@ -171,6 +171,8 @@ def _inconsistent(run: EstimatorRun) -> list[str]:
             f"not consistent: successive innovations of fixes are correlated by {correlation.lag_1:.2f}, where chance "
             f"explains {correlation.lag_1_most:.2f}, so the noise figures are wrong; {_raised(run)}; {remedy}"
         )
+    elif run.wander_most_m_rtm > 0.0:
+        against.append(f"not consistent: innovations of fixes were correlated at times; {_raised(run)}; {remedy}")
     if wheels > MOST_WHEEL_NIS:
         against.append(
             f"not consistent: the wheels' readings have an NIS of {wheels:.1f}, where 2 is expected: they slip, or the "
