@@ -12,9 +12,10 @@ from touchline.checking.calibrating import robot_constants as c
 from touchline.checking.calibrating.constants_fit import fit_constants
 from touchline.checking.calibrating.drive_calibration import calibrate
 from touchline.checking.calibrating.noises import best_noise
-from touchline.checking.estimating.estimate_figures import verdict
+from touchline.checking.estimating.estimate_figures import error_figures, verdict
 from touchline.checking.estimating.estimator_inputs import EstimatorInputs
 from touchline.checking.estimating.estimator_run import rerun
+from touchline.checking.estimating.reference_frame import FrameFit
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import SpecError
 from touchline.schemas.onboard import OnboardConfig
@@ -88,13 +89,19 @@ def test_a_noise_larger_than_the_files_say_is_named(inputs, sigma_m, tau_s, name
     assert best_noise(inputs, inputs.setup, frames).name == named
 
 
-def test_an_estimate_that_claims_too_much_is_told(inputs):
+def test_an_estimate_that_claims_too_much_is_told_and_claims_more(inputs):
     frames = disturbed(inputs, drawn(len(inputs.frames.fixes), 0.012, 3.0))
-    run = rerun(inputs, inputs.setup, frames)
-    run.receiver = inputs.receiver()
-    (line,) = [line for line in verdict(run) if "innovations" in line]
-    assert line.startswith("not consistent: innovations 6 fixes apart are correlated by 0.")
-    assert line.endswith("`touchline calibrate` looks for the cause")
+    over, lines = {}, {}
+    for adapts in (False, True):
+        run = rerun(inputs, inputs.setup, frames, forgiving=not adapts)
+        run.receiver, (run.reference, run.of_antenna, run.emulated) = inputs.receiver(), inputs.reference()
+        (lines[adapts],) = [line for line in verdict(run) if "innovations" in line]
+        over[adapts] = error_figures(run, FrameFit.NONE)["error_over_claimed"]
+    assert lines[False].startswith("not consistent: innovations 6 fixes apart are correlated by 0.")
+    assert lines[True].startswith("not consistent: innovations of fixes were correlated at times; the claimed σ has")
+    assert all(line.endswith("`touchline calibrate` looks for the cause") for line in lines.values())
+    assert over[False] > 2.0
+    assert over[True] < 1.5
 
 
 def test_a_short_recording_is_refused(inputs):

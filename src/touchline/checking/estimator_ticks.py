@@ -55,12 +55,13 @@ class EstimatorTicks:
 
     Attributes:
         estimator: After the last tick that was run.
+        frames: The frames; others may be put in their place.
         done: Number of ticks that were run.
     """
 
     def __init__(self, setup: Setup, frames: FrameSeries, most: int, estimator: type[Estimator] = Estimator) -> None:
         """Allocate for at most `most` ticks."""
-        self._frames, self.done = frames, 0
+        self.frames, self.done = frames, 0
         self._computer = ComputerState.sized(len(setup.vehicle.drive.actuators))()
         self._array = cast("NDArray[Any]", self._computer.array)
         self.estimator = estimator(setup.vehicle, setup.onboard, self._computer)
@@ -92,7 +93,7 @@ class EstimatorTicks:
 
     def run(self, ticks: int) -> EstimatedTicks:
         """Run the next ticks, at most `most`; fewer if the estimator starts, up to that tick."""
-        frames, begin, end = self._frames, self.done, self.done + ticks
+        frames, begin, end = self.frames, self.done, self.done + ticks
         part = frames._replace(
             first_tick=frames.first_tick + begin,
             readings=frames.readings[begin:end],

@@ -26,6 +26,10 @@ class EstimateChoice:
     robot: Annotated[str | None, typer.Option(metavar="NAME", help="Robot to use, if the recording holds several.")] = (
         None
     )
+    onboard: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Onboard JSON file whose values replace those of the session."),
+    ] = None
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw track, innovations and NIS to this .svg or .png file.")
     ] = None
@@ -38,20 +42,21 @@ class EstimateChoice:
 def estimate(file: RecordingArgument, *, choice: EstimateChoice, as_json: JsonOption = False) -> None:
     """Run the present estimator on a session's sensors; exit code 1 if the log violates its assumptions.
 
-    Reports fixes accepted and rejected, NIS against its expectation, jumps, and the error against the truth or a
-    reference track; for a stationary receiver also the scatter and drift of its fixes.
+    Reports fixes accepted and rejected, NIS against its expectation, jumps, the error against the truth or a reference
+    track, the distance from a smoothed track, and whether fixes that are withheld for 10, 30 and 60 s lie within 3 σ;
+    for a stationary receiver also the scatter and drift of its fixes.
     """
-    from touchline.checking.estimating.estimate_figures import estimate_figures
     from touchline.checking.estimating.estimate_picture import draw_estimate
-    from touchline.checking.estimating.estimator_run import run_estimator
-    from touchline.checking.estimating.receiver_figures import receiver_figures
+    from touchline.checking.estimating.estimator_inputs import EstimatorInputs
+    from touchline.checking.estimating.log_figures import estimate_log, with_onboard
     from touchline.recordings.writing import check_writable
 
     check_plot(choice.plot)
     check_writable(choice.plot)
     with progress_bar("Estimate") as advance:
-        run = run_estimator(file, choice.robot, lambda done: advance(done, ""))
-    figures = {**estimate_figures(run, choice.align), "receiver": receiver_figures(run)}
+        inputs = EstimatorInputs(file, choice.robot)
+        setup = inputs.setup if choice.onboard is None else with_onboard(inputs.setup, choice.onboard)
+        run, figures = estimate_log(inputs, setup, choice.align, lambda done: advance(done, ""))
     if choice.plot is not None:
         draw_estimate(run, choice.align, choice.plot)
     if as_json:

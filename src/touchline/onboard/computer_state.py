@@ -131,6 +131,7 @@ class FilterState(Record):
     figures: m.FilterFigures
     counters: m.FilterCounters
     learned: m.LearnedFigures
+    blind: m.BlindRun
 
 
 class ReceivedFix(Record):

@@ -36,7 +36,7 @@ from typing import Annotated, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.records import Record
+from touchline.core.records import Record, RecordArray
 
 Floats = NDArray[np.float64]
 
@@ -122,6 +122,8 @@ class TickInputs(Record):
     """Consecutive ticks, up to this one, in which the accelerometer contradicted standing wheels."""
     rough: float
     """Mean square step of `accel_mps2` over the last ticks, (m/s²)²."""
+    wander: float
+    """`BlindRun.wander` with which the tick is run."""
 
 
 class LearnedFigures(Record):
@@ -165,6 +167,27 @@ class FixInTick(Record):
     heading_rad: float = math.nan
     """Heading of a camera's pose; nan if it has none."""
     heading_variance_rad2: float
+    strayed_m: float
+    """Distance by which the estimate has strayed from the fix, and which is added to its σ before the fix is used."""
+
+
+class BlindRun(Record):
+    """A second filter that is given no fixes for some seconds, and what it has shown; see `estimation/adaptation`."""
+
+    span_ticks: int
+    """Length of the present run."""
+    ticks: int
+    """Ticks since it was last set to the estimate; 0 if it is not run."""
+    recoveries: int
+    """`FilterCounters.recoveries` then."""
+    wander: float
+    """Unmodelled motion, as a multiple of that in `adaptation`; 0 as long as nothing contradicts the noise figures."""
+    wander_most: float
+    """Largest of them so far."""
+    states: Annotated[Floats, 2, STATES]
+    """Posterior of the tick before and of the present one, with covariances and inputs."""
+    covariances: Annotated[Floats, 2, STATES, STATES]
+    inputs: Annotated[RecordArray[TickInputs], 2]
 
 
 class FilterFigures(Record):
@@ -214,6 +237,8 @@ class FilterFigures(Record):
     """Variance of the white part of a fix, its tail included, or of a camera's pose."""
     r_heading: float
     """Variance of a camera's heading."""
+    adapts: bool = True
+    """True if the claimed σ grows with what innovations show, see `estimation/adaptation`."""
     fix_doubt_most: float
     """`FilterCounters.fix_doubt` from which fixes are rejected."""
     fix_dof: float
@@ -253,6 +278,12 @@ class FilterCounters(Record):
     outlying_step_m: float
     """Largest of those in the present run of outlying fixes: about its innovation if the receiver has jumped, far less
     if the estimate has drifted away."""
+    strays: int
+    """Number of times at which the estimate had strayed from the fixes without any jump in them."""
+    stray_most_m: float
+    """Largest distance by which it had."""
+    contradicted_m: float
+    """Distance driven since fixes began to be rejected."""
     fixes_late: int
     fixes_duplicate: int
     fixes_out_of_order: int
@@ -298,7 +329,7 @@ class FilterCounters(Record):
     """Fixes that have been entered there."""
     fix_cross: float
     """Mean product of innovations that are `FIX_LAG` fixes apart, see `estimation/consistency_monitor`."""
-    fix_power: float = 0.3
+    fix_power: float
     """Mean square of them, both axes together."""
     inconsistent: bool
     """True if those innovations are correlated, so that the claimed covariance is not to be believed."""

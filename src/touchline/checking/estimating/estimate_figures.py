@@ -15,6 +15,7 @@ from touchline.core.angles import wrapped_all
 from touchline.onboard.estimation.filter import AcceptedJump
 from touchline.onboard.estimation.tail import OUTLYING
 from touchline.onboard.filter_model import FIX_DOF, FIX_LAG
+from touchline.schemas.vehicles import ODOMETRY
 
 Floats = NDArray[np.float64]
 
@@ -40,8 +41,8 @@ def estimate_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any]:
         "jumps": {
             "accepted": len(jumps),
             "largest_m": max((jump.moved_m for jump in jumps), default=0.0),
-            "divergences": len(drifts),
-            "largest_divergence_m": max((drift.moved_m for drift in drifts), default=0.0),
+            "divergences": len(drifts) + run.strays,
+            "largest_divergence_m": max((run.stray_most_m, *(drift.moved_m for drift in drifts))),
             "contradicted_s": run.contradicted_s,
         },
         "consistency": _consistency(run),
@@ -94,6 +95,7 @@ def _consistency(run: EstimatorRun) -> dict[str, Any] | None:
         "wheel_nis_mean": counted.encoder_nis_mean,
         "wheel_nis_mean_expected": 2.0,
         "wheels_rejected": counted.encoders_rejected,
+        "unmodelled_walk_most_m_rtm": run.wander_most_m_rtm,
         "position_sigma_m": counted.position_sigma_m,
         "heading_sigma_rad": counted.heading_sigma_rad,
     }
@@ -150,6 +152,8 @@ def verdict(run: EstimatorRun) -> list[str]:
             f"outside of its design: of the fixes {accepted:.0f} % are accepted, the others contradict the estimate "
             f"({run.contradicted_s:,.0f} s in all); a robot would stand still meanwhile"
         )
+    if not len(run.receiver):
+        return against + _inconsistent(run)
     sheet = run.setup.onboard.gnss
     sheet_m = math.sqrt(sheet.white_m**2 + sheet.gauss_markov_1_m**2 + sheet.gauss_markov_2_m**2)
     reported_m = float(np.median(run.receiver[run.receiver[:, 4] > 0, 3]))
@@ -166,17 +170,19 @@ def _inconsistent(run: EstimatorRun) -> list[str]:
     against, correlation, wheels = [], fixes_whiteness(run.white), run.consistency.encoder_nis_mean
     remedy = "`touchline calibrate` looks for the cause"
     _, drifts = _jumps_and_drifts(run)
-    if drifts:
-        worst = max(drifts)
+    if drifts or run.strays:
+        moved_m = max((run.stray_most_m, *(drift.moved_m for drift in drifts)))
         against.append(
-            f"not consistent: the estimate drifted away from the fixes {len(drifts)} times, by up to "
-            f"{worst.moved_m:.2f} m, though the receiver jumped by {worst.seen_m:.2f} m at most then; {remedy}"
+            f"not consistent: the estimate strayed from the fixes {len(drifts) + run.strays} times, by up to "
+            f"{moved_m:.2f} m, though the receiver had not jumped; {remedy}"
         )
-    if correlation is not None and correlation.found:
+    if correlation is not None and correlation.found and correlation.correlation > 0.0:  # else σ is too large
         against.append(
             f"not consistent: innovations {FIX_LAG} fixes apart are correlated by {correlation.correlation:.2f}, where "
-            f"chance explains {correlation.by_chance:.2f}, so the claimed σ is not to be believed; {remedy}"
+            f"chance explains {correlation.by_chance:.2f}, so the noise figures are wrong; {_raised(run)}; {remedy}"
         )
+    elif run.wander_most_m_rtm > 0.0:
+        against.append(f"not consistent: innovations of fixes were correlated at times; {_raised(run)}; {remedy}")
     if wheels > MOST_WHEEL_NIS:
         against.append(
             f"not consistent: the wheels' readings have an NIS of {wheels:.1f}, where 2 is expected: they slip, or the "
@@ -185,8 +191,18 @@ def _inconsistent(run: EstimatorRun) -> list[str]:
     return against
 
 
+def _raised(run: EstimatorRun) -> str:
+    """Return by how much the claimed σ has been raised for it."""
+    if run.wander_most_m_rtm == 0.0:
+        return "the claimed σ is not to be believed"
+    walk_mm = 1e3 * run.wander_most_m_rtm
+    return f"the claimed σ has been raised by a walk of up to {walk_mm:.0f} mm over a metre"
+
+
 def _why_not(run: EstimatorRun) -> str:
     kinds = run.receiver[:, 4]
+    if run.setup.vehicle.positioning == ODOMETRY:
+        return "it needs the robot to stand for 0.25 s"
     if not len(kinds):
         return "there are no fixes"
     if not (kinds == 3).any():

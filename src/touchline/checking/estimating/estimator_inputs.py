@@ -25,7 +25,7 @@ from touchline.schemas.frames import GNSS_FRAME
 from touchline.schemas.messages import GnssStatus, NavSatFix, Odometry, RobotOrder, String
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
-from touchline.schemas.vehicles import GNSS
+from touchline.schemas.vehicles import GNSS, ODOMETRY
 
 Floats = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ class EstimatorInputs:
 
     Raises:
         RecordingError: The recording cannot be read.
-        SpecError: It has no session of that robot, or of one without a GNSS receiver.
+        SpecError: It has no session of that robot, or of one that is positioned by a camera.
     """
 
     def __init__(self, path: Path, robot: str | None) -> None:
@@ -82,12 +82,12 @@ class EstimatorInputs:
             raise SpecError(str(path), "", "has no robot's setup", remedy)
         ((self.robot, payload),) = setups.items()
         self.setup = parse(Setup, decode(String, payload).data, "the recording's setup", recorded=True)
-        if self.setup.vehicle.positioning != GNSS:
+        if self.setup.vehicle.positioning not in (GNSS, ODOMETRY):
             raise SpecError(
                 str(path),
                 "",
                 f"is of a robot positioned by {self.setup.vehicle.positioning}",
-                "give one with a GNSS receiver",
+                "give one with a GNSS receiver, or with odometry alone",
             )
 
     @cached_property
@@ -99,6 +99,14 @@ class EstimatorInputs:
         """
         tables = {name: MessageTable.of(messages) for name, messages in self._sensors.items()}
         return sensor_frames(self.setup, tables, self.last_tick)
+
+    @cached_property
+    def first_pose(self) -> tuple[float, float, float]:
+        """First pose of the truth or reference with a heading, from which odometry alone starts; else all zeros."""
+        rows, _, _ = self.reference()
+        known = rows[np.isfinite(rows).all(axis=1), 1:]
+        east_m, north_m, heading_rad = known[0].tolist() if len(known) else (0.0, 0.0, 0.0)
+        return east_m, north_m, heading_rad
 
     def _take_order(self, message: Recorded) -> None:
         try:

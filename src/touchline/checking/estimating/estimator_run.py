@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from touchline.checking.estimating.estimator_inputs import EstimatorInputs
 from touchline.checking.estimator_ticks import EstimatedTicks, EstimatorTicks
 from touchline.checking.recorded_session import NotRebuilt
+from touchline.onboard.estimation.adaptation import WALK_M2PM
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
 from touchline.onboard.estimation.filter import AcceptedJump
 from touchline.onboard.estimation.frame_series import COVARIANCE, SIGMAS, TWIST_COVARIANCE, FrameSeries
@@ -23,6 +24,7 @@ from touchline.onboard.estimation.tail import CONTRADICTED
 from touchline.onboard.filter_model import FIX_DOF, FilterCounters
 from touchline.onboard.interface import Consistency
 from touchline.schemas.setup import Setup
+from touchline.schemas.vehicles import ODOMETRY
 
 Floats = NDArray[np.float64]
 
@@ -63,6 +65,9 @@ class EstimatorRun:
         jumps: Accepted jumps.
         starts_s: Times at which the estimator started.
         contradicted_s: Time for which fixes contradicted the estimate.
+        strays: Number of times at which the estimate had strayed from the fixes, and was led back.
+        stray_most_m: Largest distance by which it had.
+        wander_most_m_rtm: Largest unmodelled walk that was assumed.
         consistency: Consistency of the estimator at the end.
         constants: Constants of the robot as it has learned them, at the end.
         wheel_readings: Number of readings of the wheels that it has tested.
@@ -85,6 +90,9 @@ class EstimatorRun:
     jumps: list[Jump] = field(default_factory=list)
     starts_s: list[float] = field(default_factory=list)
     contradicted_s: float = 0.0
+    strays: int = 0
+    stray_most_m: float = 0.0
+    wander_most_m_rtm: float = 0.0
     consistency: Consistency = field(default_factory=Consistency)
     constants: tuple[LearnedConstant, ...] = ()
     wheel_readings: int = 0
@@ -116,10 +124,23 @@ def run_estimator(
         SpecError: It has no session of that robot, or an unsuitable one.
     """
     inputs = EstimatorInputs(path, robot)
+    return run_inputs(inputs, inputs.setup, progress)
+
+
+def run_inputs(
+    inputs: EstimatorInputs, setup: Setup, progress: Callable[[float], None] = lambda done: None
+) -> EstimatorRun:
+    """Run the estimator of a setup on a session.
+
+    Args:
+        inputs: The session.
+        setup: Setup of the robot, the session's or another.
+        progress: Called with the fraction done.
+    """
     try:
-        run = rerun(inputs, inputs.setup, inputs.frames, progress)
+        run = rerun(inputs, setup, inputs.frames, progress)
     except NotRebuilt as error:
-        run = EstimatorRun(inputs.setup, inputs.robot, inputs.last_tick / 100, problem=str(error))
+        run = EstimatorRun(setup, inputs.robot, inputs.last_tick / 100, problem=str(error))
     run.receiver, run.remarks = inputs.receiver(), inputs.remarks
     run.reference, run.of_antenna, run.emulated = inputs.reference()
     return run
@@ -140,8 +161,8 @@ def rerun(
         setup: Setup of the robot, the session's or another.
         frames: Sensor frames.
         progress: Called with the fraction done.
-        forgiving: Use all fixes, however unlikely, so that the results change little with the setup; outlying ones
-            count little all the same.
+        forgiving: Use all fixes, however unlikely, and adapt nothing, so that the results change little with the setup;
+            outlying ones count little all the same.
     """
     if forgiving:
         sheet = setup.onboard.gnss.model_copy(update={"jump_fixes": None})
@@ -150,6 +171,7 @@ def rerun(
     runner = _Runner(run, inputs, frames)
     if forgiving:
         runner.estimator.ring.figures.fix_doubt_most = math.inf
+        runner.estimator.ring.figures.adapts = False
     runner.go(progress)
     return run
 
@@ -161,6 +183,7 @@ class _Runner:
         self._run, self._inputs, self._frames = run, inputs, frames
         self._ticks = EstimatorTicks(run.setup, frames, _SLICE_TICKS)
         self.estimator = self._ticks.estimator
+        self._restart()
         self._fixes: list[Floats] = []
         self._track: list[Floats] = []
         self._counted: Any = FilterCounters.row(1)[0]
@@ -184,7 +207,10 @@ class _Runner:
         if self.estimator.started:
             sigmas = self.estimator.position_sigma_m, self.estimator.heading_sigma_rad
             run.constants = self.estimator.constants
-            run.wheel_readings = self.estimator.counters.encoders
+            counters = self.estimator.counters
+            run.wheel_readings = counters.encoders
+            run.strays, run.stray_most_m = counters.strays, counters.stray_most_m
+            run.wander_most_m_rtm = math.sqrt(self.estimator.ring.blind.wander_most * WALK_M2PM)
             run.consistency = report(self.estimator.counters, *sigmas)
 
     def _slice(self, ticks: int) -> None:
@@ -246,7 +272,12 @@ class _Runner:
         """Apply an order's effect on the estimator."""
         estimator = self.estimator
         if name == "load" and details.get("taking", "carried") == "carried":
-            estimator.restart()
+            self._restart()
             self._counted = FilterCounters.row(1)[0]
         elif name == "resume" and estimator.jump_m > 0.0 and (fix := estimator.last_fix) and fix.fix == FIX_FIXED:
             self._run.jumps.append(Jump(tick / 100, estimator.accept_jump()))
+
+    def _restart(self) -> None:
+        """Start the estimator anew; odometry alone is told its pose."""
+        alone = self._run.setup.vehicle.positioning == ODOMETRY
+        self.estimator.restart(self._inputs.first_pose if alone else None)

@@ -9,6 +9,7 @@ by time: innovations are bounded, and compared with those before most of a burst
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 from touchline.core.jit import kernel
@@ -17,12 +18,13 @@ from touchline.onboard.filter_model import FIX_LAG, FilterCounters
 REMEMBERED_FIXES: Final = 300
 """Number of fixes over which correlations are averaged exponentially: half a minute at 10 Hz."""
 INCONSISTENT_FROM: Final = 0.2
-"""Correlation of innovations from which the filter is inconsistent. In 20 emulated tennis jobs with right files it is
-0.14 at most."""
+"""Correlation of innovations from which the filter is inconsistent, unless there are too few of them. In 20 emulated
+tennis jobs with right files it is 0.14 at most."""
 CONSISTENT_UNTIL: Final = 0.15
 """Correlation below which it is consistent again."""
 MOVING_MPS: Final = 0.05
 """Speed from which fixes count: standing receivers wander, and scatter less than their data sheets say."""
+_CHANCE: Final = 5.0  # σ of the correlation of independent numbers: with few of them it may be large
 _CLIP: Final = 0.7  # σ: of a receiver without a burst innovations are smaller, in one larger
 
 
@@ -40,10 +42,11 @@ def note_innovation(n: FilterCounters, speed_mps: float) -> None:
     white_1 = min(max(n.fix_white_1, -_CLIP), _CLIP)
     slot = n.fixes_noted % FIX_LAG
     if n.fixes_noted >= FIX_LAG:
-        share = 1.0 / REMEMBERED_FIXES
+        count = min(n.fixes_noted - FIX_LAG + 1, REMEMBERED_FIXES)
+        share = 1.0 / count
         n.fix_cross += share * (white_0 * n.fix_before[slot, 0] + white_1 * n.fix_before[slot, 1] - n.fix_cross)
         n.fix_power += share * (white_0 * white_0 + white_1 * white_1 - n.fix_power)
+        limit = CONSISTENT_UNTIL if n.inconsistent else max(INCONSISTENT_FROM, _CHANCE / math.sqrt(2.0 * count))
+        n.inconsistent = n.fix_cross > limit * n.fix_power
     n.fix_before[slot, 0], n.fix_before[slot, 1] = white_0, white_1
     n.fixes_noted += 1
-    limit = CONSISTENT_UNTIL if n.inconsistent else INCONSISTENT_FROM
-    n.inconsistent = n.fix_cross > limit * n.fix_power

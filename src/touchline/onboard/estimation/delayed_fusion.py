@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from touchline.core.arrays import copy
 from touchline.core.jit import kernel
 from touchline.onboard.computer_state import Computer, FilterState
-from touchline.onboard.drives import onboard_drive
+from touchline.onboard.estimation.adaptation import note_contradiction, strays, wander_now
 from touchline.onboard.estimation.aiding.gnss_aiding import set_slow_error_aside
-from touchline.onboard.estimation.aiding.imu_aiding import add_shaking_noise, forward_acceleration
+from touchline.onboard.estimation.blind_run import run_blind
 from touchline.onboard.estimation.calibration import LEARN_TICKS, learn, store_learned
-from touchline.onboard.estimation.measurements import accept_fix, measure, use_fix
-from touchline.onboard.estimation.prediction import add_scale_error, predict
+from touchline.onboard.estimation.measurements import accept_fix, use_fix
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
+from touchline.onboard.estimation.tick_step import step
 from touchline.onboard.estimation.updates import apply_rows, passes_gate
 from touchline.onboard.filter_model import EAST, MOST_UPDATES, NORTH, RING, SPEED, STATES, UPDATE_VARIANCE
 
@@ -32,38 +32,21 @@ _STOOD_MPS = 0.05
 
 
 @kernel
-def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: Scratch) -> None:
-    """Predict and update: compute the posterior of `slot` from that of the slot before."""
-    xs, Ps, c = ring.states, ring.covariances, ring.figures
-    last = (slot - 1) % RING
-    x, P, z, before = xs[slot], Ps[slot], ring.inputs[slot], ring.inputs[last]
-    for i in range(STATES):
-        x[i] = xs[last, i]
-        for k in range(STATES):
-            P[i, k] = Ps[last, i, k]
-    # The fixes have put the position where it is: it moves with what is learned of the mast's lean.
-    x[EAST] += c.mast_s2 * (z.rise_east_mps2 - before.rise_east_mps2)
-    x[NORTH] += c.mast_s2 * (z.rise_north_mps2 - before.rise_north_mps2)
-    onboard_drive.smooth(drive, before, z)
-    predict(x, P, forward_acceleration(x, P, before, z, c), z, c)
-    if c.scale_var > 0.0:
-        add_scale_error(xs[last], x, P, c.scale_var, ring.learned)
-    # Readings that are rejected again and again are counted: the drive may have an explanation.
-    z.refused_ticks = before.refused_ticks
-    z.lean[0], z.lean[1] = before.lean[0], before.lean[1]
-    onboard_drive.strain(drive, P, before, z)
-    add_shaking_noise(P, before, z)
-    measure(TickEstimate(x, P, z), c, drive, ring.counters, live, scratch)
-
-
-@kernel
 def _rerun(ring: FilterState, drive: Any, first: int, last: int, live: int, scratch: Scratch) -> None:
     """Run the ticks `first` … `last` again; statistics count in tick `live` only."""
     xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
     fixes, c = ring.fixes, ring.figures
     for tick in range(first, last + 1):
         slot = tick % RING
-        _step(ring, drive, slot, tick == live, scratch)
+        before = (slot - 1) % RING
+        step(
+            TickEstimate(xs[before], Ps[before], inputs[before]),
+            TickEstimate(xs[slot], Ps[slot], inputs[slot]),
+            ring,
+            drive,
+            tick == live,
+            scratch,
+        )
         if fixes[slot].used:
             use_fix(TickEstimate(xs[slot], Ps[slot], inputs[slot]), fixes[slot], c, scratch)
         if ring.update_counts[slot] > 0:
@@ -92,8 +75,11 @@ def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) ->
     settled = (tick + 1) % RING
     if settled % LEARN_TICKS == 0 or fixes[settled].used:
         learn(settled, xs[settled], inputs[settled], fixes[settled], c, learned)
+    run_blind(ring, drive, settled, (h, g))
     store_learned(learned, inputs[tick % RING])
+    inputs[tick % RING].wander = wander_now(ring)
     _rerun(ring, drive, oldest, tick, live, (h, g))
+    note_contradiction(ring.counters, c, xs[tick % RING])
 
 
 @kernel
@@ -126,7 +112,7 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
         n.fixes_duplicate += 1
         return False
     valid = TickEstimate(xs[where], Ps[where], inputs[where])
-    if not accept_fix(valid, fix, c, n, (h, g)):
+    if not accept_fix(valid, fix, c, n, (h, g)) and not strays(ring, valid.x[SPEED]):
         return False
     for later in range(at + 1, tick + 1):
         if fixes[later % RING].used:

@@ -19,10 +19,12 @@ from touchline.core.records import RecordArray
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import ComputerState, ReceivedFix
 from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.estimation.adaptation import FIRST_WANDER, SEEN_SHARE
 from touchline.onboard.estimation.aiding.encoder_aiding import STILL_TICKS
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
 from touchline.onboard.estimation.calibration import start_learning
 from touchline.onboard.estimation.claimed_covariance import claim_pose
+from touchline.onboard.estimation.consistency_monitor import MOVING_MPS
 from touchline.onboard.estimation.delayed_fusion import take_row
 from touchline.onboard.estimation.filter_tick import speed_now_mps, take_frame
 from touchline.onboard.estimation.learned_constants import LearnedConstant, learned_constants
@@ -48,7 +50,6 @@ _GATHERED_SIGMAS = 4.0
 _ALIGNED_FIXES = 3
 _ALONE = 4.0  # factor on the white variance of a fix that there is nothing to weigh by: it may be one of the tail
 _ACCEPTED_HEADING_VAR = math.radians(0.3) ** 2
-_SEEN_SHARE = 0.5  # of a jump's distance that the receiver has to have moved from one fix to the next
 JUMP_RUN: Final = 15
 """Number of outlying fixes in a row (1.5 s) from which they are a jump that the operator may accept."""
 _PLACE: Final = [m.EAST, m.NORTH]
@@ -71,7 +72,7 @@ class AcceptedJump(NamedTuple):
     @property
     def of_receiver(self) -> bool:
         """True if the receiver has jumped; else the estimate had drifted away from it."""
-        return self.seen_m >= _SEEN_SHARE * self.moved_m
+        return self.seen_m >= SEEN_SHARE * self.moved_m
 
 
 class Gathered(NamedTuple):
@@ -148,6 +149,7 @@ class Estimator:
         if self._known:
             self._recall(self._known)
         self.counters.reset()
+        self.ring.blind.reset()
 
     @property
     def learned(self) -> tuple[float, ...]:
@@ -311,6 +313,11 @@ class Estimator:
         if self._jump_fixes is None or counters.fixes_outlying_run < self._jump_fixes:
             return None
         if fix is None or fix.fix != FIX_FIXED or not self.contradicted:
+            return None
+        off_m = math.hypot(counters.innovation_east_m, counters.innovation_north_m)
+        seen = counters.outlying_step_m >= SEEN_SHARE * off_m
+        if not seen and self.ring.blind.wander == 0.0 and abs(self.state[m.SPEED]) >= MOVING_MPS:
+            self.ring.blind.wander = FIRST_WANDER  # that is no jump: see `adaptation.strays`
             return None
         return self.accept_jump()
 

@@ -12,6 +12,7 @@ from touchline.core.jit import borrowing, kernel
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import OnboardDrive
+from touchline.onboard.estimation.adaptation import doubted_variance
 from touchline.onboard.estimation.aiding.imu_aiding import STILL_YAW_VAR
 from touchline.onboard.estimation.gauss_markov import bridging_term
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
@@ -134,6 +135,8 @@ def _use_odometry(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, s
     uneven = 0.5 * (z.span_ticks - 1.0) * TICK_S * _SPAN_ACCEL_MPS2  # the mean of several ticks is not the last one
     r += uneven * uneven
     y = y0, y1
+    if math.isnan(z.accel_mps2):
+        r = doubted_variance(P, y, r)
     nis = nis_of_two(P, h, y, r)
     z.refused_ticks = z.refused_ticks + 1 if nis > GATE_2_DOF else 0
     sigma = math.sqrt(r)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from touchline.core.jit import borrowing, kernel
 from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard.computer_state import FilterState, ReceivedFix
+from touchline.onboard.estimation.adaptation import add_stray
 from touchline.onboard.estimation.consistency_monitor import note_innovation
 from touchline.onboard.estimation.gauss_markov import position_error
 from touchline.onboard.estimation.tail import (
@@ -107,7 +108,7 @@ def enter_fix(fix: ReceivedFix, ring: FilterState) -> int:
     tick: int = math.floor(measured_s / TICK_S + 1e-6)
     entered.east_m, entered.north_m = fix.east_m, fix.north_m
     entered.after_s = measured_s - tick * TICK_S
-    entered.heading_rad = fix.heading_rad
+    entered.heading_rad, entered.strayed_m = fix.heading_rad, 0.0
     entered.heading_variance_rad2 = max(fix.heading_variance_rad2, c.r_heading)
     if fix.fix == FIX_FIXED:
         # What the receiver reports beyond its data sheet is trouble; what it reports less is not believed.
@@ -240,6 +241,8 @@ def use_position(at: TickEstimate, fix: FixInTick, c: FilterFigures, scratch: Sc
     x, P, _ = at
     h, g = scratch
     y = fix_rows(at, fix, c, h)
+    if fix.strayed_m > 0.0:
+        add_stray(P, fix)
     weighed: float = weighed_variance(P, h, y, fix.variance_m2, c.fix_dof)
     apply_two(x, P, h, y, weighed, g, STATES)
     return weighed
