@@ -81,7 +81,7 @@ def _row(name: str, wrong: Mapping[c.Constant, float], paths: list[Path]) -> Non
 
 
 def _correlation(run: EstimatorRun) -> float:
-    found = fixes_whiteness(run.white)
+    found = fixes_whiteness(run.white, run.fix_lag)
     return found.correlation if found is not None else float("nan")
 
 

@@ -90,18 +90,18 @@ def test_a_noise_larger_than_the_files_say_is_named(inputs, sigma_m, tau_s, name
 
 
 def test_an_estimate_that_claims_too_much_is_told_and_claims_more(inputs):
-    frames = disturbed(inputs, drawn(len(inputs.frames.fixes), 0.012, 3.0))
+    frames = disturbed(inputs, drawn(len(inputs.frames.fixes), 0.03, 3.0))
     over, lines = {}, {}
     for adapts in (False, True):
         run = rerun(inputs, inputs.setup, frames, forgiving=not adapts)
         run.receiver, (run.reference, run.of_antenna, run.emulated) = inputs.receiver(), inputs.reference()
         (lines[adapts],) = [line for line in verdict(run) if "innovations" in line]
         over[adapts] = error_figures(run, FrameFit.NONE)["error_over_claimed"]
-    assert lines[False].startswith("not consistent: innovations 6 fixes apart are correlated by 0.")
-    assert lines[True].startswith("not consistent: innovations of fixes were correlated at times; the claimed σ has")
+    assert lines[False].startswith("not consistent: successive innovations of fixes are correlated by 0.")
+    assert "the claimed σ has" in lines[True]
     assert all(line.endswith("`touchline calibrate` looks for the cause") for line in lines.values())
-    assert over[False] > 2.0
-    assert over[True] < 1.5
+    assert over[False] > 3.0
+    assert over[True] < 0.7 * over[False]
 
 
 def test_a_short_recording_is_refused(inputs):

@@ -13,8 +13,8 @@ def note(counters, white, speed_mps=1.0):
     """Correlations after each of (n, 2) innovations."""
     found = []
     for counters.fix_white_0, counters.fix_white_1 in white.tolist():
-        monitor.note_innovation(counters.array[0], speed_mps)
-        found.append(counters.fix_cross / counters.fix_power)
+        monitor.note_innovation(counters.array[0], speed_mps, True)
+        found.append(counters.fix_cross / max(counters.fix_power, 1e-9))
     return np.array(found)
 
 
@@ -27,7 +27,7 @@ def noise(n, correlation=0.0, seed=1):
 
 def test_white_innovations_are_consistent_for_an_hour():
     counters = FilterCounters()
-    assert note(counters, noise(36_000)).max() < 0.8 * monitor.INCONSISTENT_FROM
+    assert note(counters, noise(36_000))[monitor.REMEMBERED_FIXES :].max() < 0.8 * monitor.INCONSISTENT_FROM
     assert not counters.inconsistent
 
 
@@ -53,6 +53,7 @@ def test_wild_fixes_and_standing_receivers_say_nothing():
     counters = FilterCounters()
     white = noise(600)
     white[::50] = 1e3
-    assert note(counters, white).max() < monitor.INCONSISTENT_FROM
+    note(counters, white)
+    assert not counters.inconsistent
     note(counters, noise(1000, 0.95), speed_mps=0.0)
     assert not counters.inconsistent

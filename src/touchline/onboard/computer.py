@@ -16,6 +16,7 @@ from touchline.onboard.control.follower import Asking, answered
 from touchline.onboard.control.guarded_follower import GuardedFollower
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.auxiliary_models import AuxiliarySensors
+from touchline.onboard.estimation.consistency_monitor import compared_innovations
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.estimation.report import report
 from touchline.onboard.executive.course import Course, prepare_course
@@ -31,7 +32,6 @@ from touchline.onboard.executive.stop_causes import (
     PAUSED_BY_OPERATOR,
 )
 from touchline.onboard.executive.traversal import Monitors, Traversal
-from touchline.onboard.filter_model import FIX_LAG
 from touchline.onboard.interface import (
     AuxiliarySample,
     Checkpoint,
@@ -312,8 +312,8 @@ class Onboard:
             self._log.report(
                 WARN,
                 "estimate-inconsistent",
-                f"innovations {FIX_LAG} fixes apart are correlated by {correlation:.2f}: the position may err by more "
-                "than its σ says; `touchline calibrate` looks for the cause in the recording",
+                f"{compared_innovations(self._estimator.fix_lag)} are correlated by {correlation:.2f}: the position "
+                "may err by more than its σ says; `touchline calibrate` looks for the cause in the recording",
             )
         findings.inconsistent = counters.inconsistent
         new = counters.differing & ~findings.differing

@@ -328,7 +328,7 @@ class FilterCounters(Record):
     fixes_noted: int
     """Fixes that have been entered there."""
     fix_cross: float
-    """Mean product of innovations that are `FIX_LAG` fixes apart, see `estimation/consistency_monitor`."""
+    """Mean product of innovations that are `Estimator.fix_lag` fixes apart, see `estimation/consistency_monitor`."""
     fix_power: float
     """Mean square of them, both axes together."""
     inconsistent: bool

@@ -168,7 +168,7 @@ def _doubts(fit: Fit, noise: NoiseFit) -> list[str]:
     doubts = []
     if not fit.converged:
         doubts.append("no constants fit the recording: the search for them does not end")
-    correlation = fixes_whiteness(fit.run.white)
+    correlation = fixes_whiteness(fit.run.white, fit.run.fix_lag)
     if correlation is not None and correlation.found:
         explained = f"; {noise.name} more than the files say" if noise.name else ""
         doubts.append(

@@ -64,7 +64,7 @@ class NoiseFit(NamedTuple):
 
 def noises_of(config: OnboardConfig) -> tuple[Noise, ...]:
     """Return the noises that are tried, in sizes relative to those of a robot's files."""
-    white_m, slip = config.gnss.white_m, config.drive.slip_relative
+    white_m, slip, told_walk = config.gnss.white_m, config.drive.slip_relative, config.drive.side_slip_m_rtm
     return (
         Noise("fixes scatter", tuple({"gnss": {"white_m": white_m * by}} for by in (1.6, 2.5, 4.0, 8.0))),
         Noise(
@@ -77,7 +77,7 @@ def noises_of(config: OnboardConfig) -> tuple[Noise, ...]:
         ),
         Noise(
             "the robot wanders sideways",
-            tuple({"drive": {"side_slip_m_rtm": walk}} for walk in (0.005, 0.01, 0.02, 0.03, 0.05)),
+            tuple({"drive": {"side_slip_m_rtm": told_walk + walk}} for walk in (0.005, 0.01, 0.02, 0.04)),
         ),
         Noise("wheels slip", tuple({"drive": {"slip_relative": slip * by}} for by in (2.0, 4.0, 8.0))),
     )

@@ -12,9 +12,10 @@ from touchline.checking.estimating.estimator_run import EstimatorRun
 from touchline.checking.estimating.innovation_tests import fixes_whiteness
 from touchline.checking.estimating.reference_frame import FrameFit, aligned
 from touchline.core.angles import wrapped_all
+from touchline.onboard.estimation.consistency_monitor import compared_innovations
 from touchline.onboard.estimation.filter import AcceptedJump
 from touchline.onboard.estimation.tail import OUTLYING
-from touchline.onboard.filter_model import FIX_DOF, FIX_LAG
+from touchline.onboard.filter_model import FIX_DOF
 from touchline.schemas.vehicles import ODOMETRY
 
 Floats = NDArray[np.float64]
@@ -81,7 +82,7 @@ def _consistency(run: EstimatorRun) -> dict[str, Any] | None:
         return None
     nis, used = run.nis, run.fixes[:, 6] > 0
     share = (1.0 + nis / (FIX_DOF - 2.0)) ** (-0.5 * FIX_DOF)
-    counted, correlation = run.consistency, fixes_whiteness(run.white)
+    counted, correlation = run.consistency, fixes_whiteness(run.white, run.fix_lag)
     return {
         "fix_nis_mean": float(run.fixes[used, 5].mean()) if used.any() else None,
         "fix_nis_mean_expected": 2.0,
@@ -167,7 +168,7 @@ def verdict(run: EstimatorRun) -> list[str]:
 
 def _inconsistent(run: EstimatorRun) -> list[str]:
     """Return why the claimed accuracy is not to be believed, a line each."""
-    against, correlation, wheels = [], fixes_whiteness(run.white), run.consistency.encoder_nis_mean
+    against, correlation, wheels = [], fixes_whiteness(run.white, run.fix_lag), run.consistency.encoder_nis_mean
     remedy = "`touchline calibrate` looks for the cause"
     _, drifts = _jumps_and_drifts(run)
     if drifts or run.strays:
@@ -178,8 +179,9 @@ def _inconsistent(run: EstimatorRun) -> list[str]:
         )
     if correlation is not None and correlation.found and correlation.correlation > 0.0:  # else σ is too large
         against.append(
-            f"not consistent: innovations {FIX_LAG} fixes apart are correlated by {correlation.correlation:.2f}, where "
-            f"chance explains {correlation.by_chance:.2f}, so the noise figures are wrong; {_raised(run)}; {remedy}"
+            f"not consistent: {compared_innovations(run.fix_lag)} are correlated by {correlation.correlation:.2f}, "
+            f"where chance explains {correlation.by_chance:.2f}, so the noise figures are wrong; "
+            f"{_raised(run)}; {remedy}"
         )
     elif run.wander_most_m_rtm > 0.0:
         against.append(f"not consistent: innovations of fixes were correlated at times; {_raised(run)}; {remedy}")

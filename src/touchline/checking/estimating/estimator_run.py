@@ -69,6 +69,7 @@ class EstimatorRun:
         stray_most_m: Largest distance by which it had.
         wander_most_m_rtm: Largest unmodelled walk that was assumed.
         consistency: Consistency of the estimator at the end.
+        fix_lag: Number of fixes between innovations that are independent if all is right.
         constants: Constants of the robot as it has learned them, at the end.
         wheel_readings: Number of readings of the wheels that it has tested.
         problem: Why it could not be run; empty if it was.
@@ -94,6 +95,7 @@ class EstimatorRun:
     stray_most_m: float = 0.0
     wander_most_m_rtm: float = 0.0
     consistency: Consistency = field(default_factory=Consistency)
+    fix_lag: int = 1
     constants: tuple[LearnedConstant, ...] = ()
     wheel_readings: int = 0
     problem: str = ""
@@ -206,7 +208,7 @@ class _Runner:
         run.track = np.concatenate(self._track or [run.track])
         if self.estimator.started:
             sigmas = self.estimator.position_sigma_m, self.estimator.heading_sigma_rad
-            run.constants = self.estimator.constants
+            run.constants, run.fix_lag = self.estimator.constants, self.estimator.fix_lag
             counters = self.estimator.counters
             run.wheel_readings = counters.encoders
             run.strays, run.stray_most_m = counters.strays, counters.stray_most_m

@@ -2,8 +2,8 @@
 
 Innovations of a filter whose assumptions hold are independent of each other (R. K. Mehra, "On the identification of
 variances and adaptive Kalman filtering", IEEE Trans. Automatic Control 15(2), 1970). Here they are given whitened: each
-number has mean 0 and variance 1 then. Compared are innovations `FIX_LAG` fixes apart, as a receiver's bursts correlate
-nearer ones.
+number has mean 0 and variance 1 then. Of a receiver with bursts, which correlate successive ones, those farther apart
+are compared (`Estimator.fix_lag`).
 """
 
 from __future__ import annotations
@@ -14,8 +14,6 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
-
-from touchline.onboard.filter_model import FIX_LAG
 
 Floats = NDArray[np.float64]
 
@@ -32,7 +30,7 @@ class Whiteness(NamedTuple):
     """Correlation of innovations over time.
 
     Attributes:
-        correlation: Correlation of those that are `FIX_LAG` apart, mean over the axes.
+        correlation: Correlation of those that are some fixes apart, mean over the axes.
         by_chance: Largest magnitude of it that chance explains.
     """
 
@@ -45,25 +43,27 @@ class Whiteness(NamedTuple):
         return abs(self.correlation) > max(self.by_chance, CORRELATED)
 
 
-def whiteness(white: Floats) -> Whiteness:
-    """Return how far innovations `FIX_LAG` apart are correlated, by their ranks: a few wild ones decide nothing.
+def whiteness(white: Floats, lag: int) -> Whiteness:
+    """Return how far innovations `lag` apart are correlated, by their ranks: a few wild ones decide nothing.
 
     Args:
         white: (n, k) whitened innovations. Each axis is replaced by the normal scores of its ranks.
+        lag: Number of innovations.
     """
     n, axes = white.shape
     scores = stats.norm.ppf(stats.rankdata(white, axis=0) / (n + 1))
-    r = (scores[FIX_LAG:] * scores[:-FIX_LAG]).sum(axis=0) / (scores**2).sum(axis=0)
+    r = (scores[lag:] * scores[:-lag]).sum(axis=0) / (scores**2).sum(axis=0)
     most = float(stats.norm.ppf(1.0 - 0.5 * (1.0 - LEVEL))) / math.sqrt(n * axes)
     return Whiteness(float(r.mean()), most)
 
 
-def fixes_whiteness(white: Floats) -> Whiteness | None:
+def fixes_whiteness(white: Floats, lag: int) -> Whiteness | None:
     """Return how far the innovations of a run's fixes are correlated over time; None if there are too few.
 
     Args:
         white: (ticks, WHITE_COLUMNS) of an `EstimatorRun`.
+        lag: Number of fixes, that of the run.
     """
     fixes = white[:, :2]
     fixes = fixes[np.isfinite(fixes).all(axis=1)]
-    return whiteness(fixes) if len(fixes) >= LEAST else None
+    return whiteness(fixes, lag) if len(fixes) >= LEAST else None

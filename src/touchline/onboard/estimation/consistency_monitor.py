@@ -25,28 +25,37 @@ CONSISTENT_UNTIL: Final = 0.15
 MOVING_MPS: Final = 0.05
 """Speed from which fixes count: standing receivers wander, and scatter less than their data sheets say."""
 _CHANCE: Final = 5.0  # σ of the correlation of independent numbers: with few of them it may be large
-_CLIP: Final = 0.7  # σ: of a receiver without a burst innovations are smaller, in one larger
+_CLIP: Final = 3.0
+_BURST_CLIP: Final = 0.7  # σ: innovations are smaller without a burst, and larger in one
+
+
+def compared_innovations(lag: int) -> str:
+    """Return which innovations are compared, for people, by the number of fixes between them."""
+    return "successive innovations of fixes" if lag == 1 else f"innovations {lag} fixes apart"
 
 
 @kernel
-def note_innovation(n: FilterCounters, speed_mps: float) -> None:
+def note_innovation(n: FilterCounters, speed_mps: float, bursts: bool) -> None:
     """Note the last fix's innovation.
 
     Args:
         n: Counters with its normalised innovation, updated.
         speed_mps: Speed when it was measured.
+        bursts: Whether the receiver errs in bursts, which correlate successive innovations.
     """
     if abs(speed_mps) < MOVING_MPS:
         return
-    white_0 = min(max(n.fix_white_0, -_CLIP), _CLIP)
-    white_1 = min(max(n.fix_white_1, -_CLIP), _CLIP)
-    slot = n.fixes_noted % FIX_LAG
-    if n.fixes_noted >= FIX_LAG:
-        count = min(n.fixes_noted - FIX_LAG + 1, REMEMBERED_FIXES)
+    lag, clip = (FIX_LAG, _BURST_CLIP) if bursts else (1, _CLIP)
+    white_0 = min(max(n.fix_white_0, -clip), clip)
+    white_1 = min(max(n.fix_white_1, -clip), clip)
+    if n.fixes_noted >= lag:
+        slot = (n.fixes_noted - lag) % FIX_LAG
+        count = min(n.fixes_noted - lag + 1, REMEMBERED_FIXES)
         share = 1.0 / count
         n.fix_cross += share * (white_0 * n.fix_before[slot, 0] + white_1 * n.fix_before[slot, 1] - n.fix_cross)
         n.fix_power += share * (white_0 * white_0 + white_1 * white_1 - n.fix_power)
         limit = CONSISTENT_UNTIL if n.inconsistent else max(INCONSISTENT_FROM, _CHANCE / math.sqrt(2.0 * count))
         n.inconsistent = n.fix_cross > limit * n.fix_power
+    slot = n.fixes_noted % FIX_LAG
     n.fix_before[slot, 0], n.fix_before[slot, 1] = white_0, white_1
     n.fixes_noted += 1

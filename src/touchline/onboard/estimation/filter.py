@@ -238,6 +238,11 @@ class Estimator:
         return matrix
 
     @property
+    def fix_lag(self) -> int:
+        """Number of fixes between innovations that are independent if all is right."""
+        return m.FIX_LAG if self.ring.figures.burst_var > 0.0 else 1
+
+    @property
     def constants(self) -> tuple[LearnedConstant, ...]:
         """Constants of the robot as they have been learned; none before there is an estimate."""
         return learned_constants(self.state, self.covariance, self.ring.figures) if self.started else ()
