@@ -91,7 +91,8 @@ def _vibration(seed: int, tick: int, axis: int) -> float:
     mean = 0.0
     for back in range(_PASS):
         mean += normal(seed, STREAM_VIBRATION, tick - back, axis) / _PASS
-    return (normal(seed, STREAM_VIBRATION, tick - _PASS // 2, axis) - mean) * math.sqrt(_PASS / (_PASS - 1.0))
+    found: float = (normal(seed, STREAM_VIBRATION, tick - _PASS // 2, axis) - mean) * math.sqrt(_PASS / (_PASS - 1.0))
+    return found
 
 
 @kernel
