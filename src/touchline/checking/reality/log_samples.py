@@ -54,12 +54,14 @@ class LogSamples(NamedTuple):
         ahead = np.minimum(np.arange(len(self.time_s)) + _SMOOTH_TICKS // 2, len(self.time_s) - 1)
         behind = np.maximum(np.arange(len(self.time_s)) - _SMOOTH_TICKS // 2, 0)
         moved = self.wheels_rad[ahead] - self.wheels_rad[behind]
-        return moved * (TICKS_PER_S / np.maximum(ahead - behind, 1))[:, None]
+        rates: Floats = moved * (TICKS_PER_S / np.maximum(ahead - behind, 1))[:, None]
+        return rates
 
     @property
     def speed_mps(self) -> Floats:
         """(n,) speed by the wheels."""
-        return self.wheel_rates_radps.mean(axis=1) * self.vehicle.drive.wheel_radius_m
+        speed: Floats = self.wheel_rates_radps.mean(axis=1) * self.vehicle.drive.wheel_radius_m
+        return speed
 
     @property
     def rests(self) -> Flags:
@@ -69,13 +71,14 @@ class LogSamples(NamedTuple):
         moved = np.concatenate(([0], np.cumsum(~still)))
         first = np.maximum(np.arange(len(still)) - _SETTLE_TICKS, 0)
         last = np.minimum(np.arange(len(still)) + _SETTLE_TICKS + 1, len(still))
-        return moved[last] == moved[first]
+        rests: Flags = moved[last] == moved[first]
+        return rests
 
     @property
     def turn_radps(self) -> Floats:
         """(n,) yaw rate: the gyro's, less its mean in the rests around; the wheels' where there is none."""
         drive = self.vehicle.drive
-        by_wheels = np.diff(self.wheel_rates_radps)[:, 0] * drive.wheel_radius_m / drive.track_width_m
+        by_wheels: Floats = np.diff(self.wheel_rates_radps)[:, 0] * drive.wheel_radius_m / drive.track_width_m
         gyro = self.imu[:, 2]
         there = np.isfinite(gyro)
         if not there.any():

@@ -30,6 +30,9 @@ _RADPS_OF_C: Final = math.radians(3.4)
 """Roll rate on ground of class C at 1 m/s."""
 _LEAST_MPS: Final = 0.2
 _ROUNDS: Final = 2
+# Figures that scenario and computer share.
+_OF_RECEIVER: Final = ("white_m", "gauss_markov_1_m", "gauss_markov_1_tau_s", "gauss_markov_2_m", "rate_hz")
+_OF_GYRO: Final = ("gyro_density_radps_rthz", "gyro_bias_walk_radps_rts", "gyro_temperature_radps_per_k")
 
 Statistics = Mapping[str, Told]
 
@@ -132,7 +135,7 @@ def _with_jumps(scenario: Scenario, log: LogSamples) -> Scenario:
 
 
 class _Parts(NamedTuple):
-    """Parts that are found by emulation: white noise of fixes, slip, roughness relative to class C, vibration at 1 m/s."""
+    """Parts found by emulation: white noise of fixes, slip, roughness relative to class C, vibration at 1 m/s."""
 
     white_m: float
     slip: float
@@ -219,15 +222,13 @@ def _told(onboard: OnboardConfig, scenario: Scenario, found: Statistics) -> Onbo
     """Return the configuration with the noise of a scenario, where the log tells it."""
     noise, changes = scenario.gnss, dict[str, dict[str, float]]()
     if found[s.SIGMA].value is not None or found[s.SCATTER].value is not None:
-        names = ("white_m", "gauss_markov_1_m", "gauss_markov_1_tau_s", "gauss_markov_2_m", "rate_hz")
-        changes["gnss"] = {name: getattr(noise, name) for name in names}
+        changes["gnss"] = {name: getattr(noise, name) for name in _OF_RECEIVER}
     if scenario.truth.wander_rad > 0.0:
         walk = scenario.truth.wander_rad * math.sqrt(2.0 * scenario.truth.wander_m)
         changes["drive"] = {"side_slip_m_rtm": walk}
     if found[s.SLIP].value is not None:
         changes["drive"] = {**changes.get("drive", {}), "slip_relative": scenario.drive.slip_relative}
     if found[s.GYRO_NOISE].value is not None:
-        names = ("gyro_density_radps_rthz", "gyro_bias_walk_radps_rts", "gyro_temperature_radps_per_k")
-        changes["imu"] = {name: getattr(scenario.imu, name) for name in names}
+        changes["imu"] = {name: getattr(scenario.imu, name) for name in _OF_GYRO}
     groups = {name: getattr(onboard, name).model_copy(update=values) for name, values in changes.items()}
     return onboard.model_copy(update=groups)
