@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from benchmarks._settings import Small
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import Event, Trajectory, TraversalStatus
-from touchline.schemas.scenario import GnssNoise, Ground, Multipath, Scenario
+from touchline.schemas.scenario import GnssNoise, Ground, GroundWave, Multipath, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.truth import Truth
 from touchline.schemas.vehicles import Vehicle
@@ -66,6 +66,12 @@ ROWS: dict[str, dict[str, Any]] = {
     "wet grass": {"ground": Ground(surface="wet-grass")},
     "ground B": {"ground": Ground(roughness="B")},
     "ground C": {"ground": Ground(roughness="C")},
+    "vibration 0.4 m/s²": _of(vibration_mps2=0.4),
+    "patches 3 %": _of(patch_slip_relative=0.03),
+    "crown 1 %": {"ground": Ground(waves=(GroundWave(rise_m=0.32, length_m=128.0),))},
+    "ruts 2 cm": {"ground": Ground(waves=(GroundWave(rise_m=0.02, length_m=1.6),))},
+    "wind 2 mm": _of(drift_east_m=0.002),
+    "reality": {"ground": Scenario.reality().ground, "truth": Scenario.reality().truth},
     "white tail": {"gnss": GnssNoise.white_tail()},
     "bursts 10 s": {"gnss": GnssNoise(burst_s=10.0, burst_tau_s=3.0)},
     "multipath 2 cm": {"multipath": (Multipath(outline=_around(200.0)),)},

@@ -248,8 +248,28 @@ class DriveNoise(GrownSpec):
     later_fields = ("steering_offset_rad",)
 
 
+class GroundWave(Spec):
+    """Crown or ruts of the ground: parallel crests and troughs, a sine across them (assumed).
+
+    A crown has its crest along the middle of the pitch, and twice the pitch's width between two crests; ruts are a
+    track apart. The robot leans with them; wheels are not guided by them.
+    """
+
+    rise_m: Annotated[float, Field(gt=0, le=5)]
+    """Height of the crests above the troughs; a pitch that falls by 1 % on average has a crest of that times its
+    width."""
+    length_m: Annotated[float, Field(ge=0.2, le=10_000)]
+    """Distance between two crests."""
+    across_rad: Angle = 0.0
+    """Direction across the crests in the map frame."""
+    crest_x_m: Coordinate = 0.0
+    """A point on a crest, east."""
+    crest_y_m: Coordinate = 0.0
+    """The same, north."""
+
+
 class Ground(GrownSpec):
-    """Ground that the robot drives on: one surface, one slope, one roughness."""
+    """Ground that the robot drives on: one surface, one slope, one roughness, and waves."""
 
     surface: SurfaceName = "grass"
     """Surface; by default that of the shipped vehicle."""
@@ -259,8 +279,12 @@ class Ground(GrownSpec):
     """Direction of the rise in the map frame: 0 east, π/2 north."""
     roughness: Roughness = "none"
     """Class of ISO 8608, by the geometric mean of its heights' spectrum; lawn is B to C (assumed)."""
+    roughness_factor: Annotated[float, Field(gt=0, le=10)] = 1.0
+    """Heights relative to those of the class."""
+    waves: Annotated[tuple[GroundWave, ...], Field(max_length=20)] = ()
+    """Crown and ruts."""
 
-    later_fields = ("roughness",)
+    later_fields = ("roughness", "roughness_factor", "waves")
 
 
 class EncoderNoise(Spec):
@@ -343,6 +367,18 @@ class Scenario(GrownSpec):
             raise ValueError(f"{name} is of the robot's own computer: move it to a file for --onboard")
         return given
 
+    @classmethod
+    def reality(cls) -> Self:
+        """Ground and body as logs of robots on grass have them: rough ground, a course that wanders, vibration.
+
+        Not the default: figures of accuracy are without. The receiver is as by default.
+        """
+        return cls(
+            name="reality",
+            ground=Ground(roughness="C"),
+            truth=Truth(wander_rad=0.02, vibration_mps2=0.4),
+        )
+
     def at(self, origin: Origin | None) -> Self:
         """This scenario with the map frame's origin at ``origin``; unchanged if that is None."""
         return self if origin is None else self.model_copy(update={"origin": origin})
@@ -370,7 +406,7 @@ _NOISE_FIGURES: dict[str, tuple[str, ...]] = {
     "magnetometer": ("white_rad", "bias_rad", "soft_iron_relative", "disturbance_rad"),
     "drive": ("wheel_radius_relative", "track_width_relative", "slip_relative", "steering_offset_rad"),
     "encoder": ("quantised",),
-    "truth": ("stamp_jitter_s", "wander_rad"),
+    "truth": ("stamp_jitter_s", "wander_rad", "vibration_mps2"),
 }
 """Figures that ``noise: none`` sets to zero: those that make two runs in the same place differ."""
 

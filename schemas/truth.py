@@ -4,14 +4,14 @@ from typing import Annotated
 
 from pydantic import Field
 
-from touchline.schemas.spec import Spec
+from touchline.schemas.spec import GrownSpec
 
 _Share = Annotated[float, Field(ge=-0.2, le=0.2)]
 _Offset = Annotated[float, Field(ge=-0.5, le=0.5)]
 _Lean = Annotated[float, Field(ge=-0.3, le=0.3)]
 
 
-class Truth(Spec):
+class Truth(GrownSpec):
     """The real robot where it is not as its file says; all figures are 0 by default, which is as the file says.
 
     Written only if a figure is not: scenarios without any, and their hashes, are what they were before.
@@ -71,3 +71,21 @@ class Truth(Spec):
     """Random part of that angle, 1 σ, a Gauss-Markov process over the distance (log of a mower: 0.020)."""
     wander_m: Annotated[float, Field(ge=0.05, le=100)] = 1.1
     """Length over which that process is correlated (log of the same mower)."""
+    vibration_mps2: Annotated[float, Field(ge=0, le=10)] = 0.0
+    """Vibration of the drive above 10 Hz at 1 m/s, 1 σ an axis of the accelerometer, in proportion to the speed.
+
+    0.3 to 0.5 beside rough ground explain logs of two robots on grass and paths.
+    """
+    patch_slip_relative: Annotated[float, Field(ge=0, le=0.3)] = 0.0
+    """Slip of the wheels that depends on the place, 1 σ as a share: patches of moss, mud or long grass (assumed)."""
+    patch_m: Annotated[float, Field(ge=0.2, le=100)] = 3.0
+    """Distance at which the slip of two places is correlated by 0.61 (assumed)."""
+    drift_east_m: _Offset = 0.0
+    """Place of the paint beside the nozzle's because of wind, east.
+
+    Drops of 0.2 mm that fall 10 cm at 10 m/s drift by 2 mm in a wind of 5 m/s by Stokes' drag (assumed).
+    """
+    drift_north_m: _Offset = 0.0
+    """The same, north."""
+
+    later_fields = ("vibration_mps2", "patch_slip_relative", "patch_m", "drift_east_m", "drift_north_m")

@@ -27,7 +27,7 @@ from touchline.schemas.fleet import FleetRobot
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.remedies import unit_of
 from touchline.schemas.roles import Role
-from touchline.schemas.scenario import Multipath, Obstruction, Pose2, Scenario, Steel
+from touchline.schemas.scenario import GroundWave, Multipath, Obstruction, Pose2, Scenario, Steel
 from touchline.schemas.spec import Spec
 from touchline.schemas.task_requests import (
     ChargeRequest,
@@ -176,6 +176,7 @@ def scenario() -> str:
         "sky[]": Obstruction,
         "steel[]": Steel,
         "multipath[]": Multipath,
+        "ground.waves[]": GroundWave,
     }
     own = fields(Scenario, without=("camera", "sky", "steel", "multipath"))
     return f"{own}\n\n{groups(parts)}"

@@ -47,10 +47,12 @@ def _scaled(part: _Part, names: Iterable[str], figure: str, truth: Truth) -> _Pa
 
 def _tool(vehicle: Vehicle, truth: Truth) -> Spec:
     moved = {"nozzle_x_m": truth.nozzle_x_m, "nozzle_y_m": truth.nozzle_y_m}
-    if not any(moved.values()):
+    drifts = truth.drift_east_m, truth.drift_north_m
+    if not any((*moved.values(), *drifts)):
         return vehicle.tool
     if not moved.keys() <= type(vehicle.tool).model_fields.keys():
-        raise SpecError("scenario", "truth.nozzle_x_m", "is of no use: the vehicle has no nozzle", "give 0")
+        name = "drift_east_m" if any(drifts) else "nozzle_x_m"
+        raise SpecError("scenario", f"truth.{name}", "is of no use: the vehicle has no nozzle", "give 0")
     return vehicle.tool.model_copy(update={name: getattr(vehicle.tool, name) + by for name, by in moved.items()})
 
 

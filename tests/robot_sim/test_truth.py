@@ -1,6 +1,7 @@
 """The real robot errs as the scenario's truth says, and its computer is told nothing of it."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,13 +10,15 @@ from tests.robot_sim.open_loop import REST
 from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard.interface import Command
 from touchline.schemas.errors import SpecError
-from touchline.schemas.scenario import GnssNoise, Ground, Multipath, Scenario
+from touchline.schemas.scenario import GnssNoise, Ground, GroundWave, Multipath, Scenario
+from touchline.schemas.spec import parse
 from touchline.schemas.truth import Truth
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.true_vehicle import true_vehicle
+from touchline.services.robot_sim.world.roughness import height_m
 from touchline.services.robot_sim.world.world import TruePose, World
 
 VEHICLE = Vehicle()
@@ -80,6 +83,8 @@ def test_deviations_are_added_to_the_file():
     assert roller.drive.wheelbase_m == pytest.approx(1.01 * CLAY_ROLLER.drive.wheelbase_m)
     with pytest.raises(SpecError, match="the vehicle has no nozzle"):
         true_vehicle(CLAY_ROLLER, Truth(nozzle_x_m=0.01))
+    with pytest.raises(SpecError, match="drift_east_m is of no use"):
+        true_vehicle(CLAY_ROLLER, Truth(drift_east_m=0.01))
 
 
 def test_the_computer_is_told_the_file():
@@ -217,6 +222,73 @@ def test_rough_ground_is_the_same_on_each_pass_and_stands_still_with_the_robot()
     state = world.state
     rates = state.mean_roll_rate_radps, state.mean_pitch_rate_radps, state.mean_accel_z_mps2
     assert rates == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+
+
+def test_the_drive_vibrates_above_10_hz_in_proportion_to_the_speed():
+    shaken = Scenario(truth=Truth(vibration_mps2=0.4))
+    rows, plain = (OpenLoop(scenario).run(4000, AHEAD)[200:] for scenario in (shaken, Scenario()))
+    felt = np.array([(row[0].imu.accel_x_mps2, row[0].imu.accel_y_mps2, row[0].imu.accel_z_mps2) for row in rows])
+    felt -= [(row[0].imu.accel_x_mps2, row[0].imu.accel_y_mps2, row[0].imu.accel_z_mps2) for row in plain]
+    assert np.std(felt, axis=0) == pytest.approx(0.4, rel=0.05)
+    power = (np.abs(np.fft.rfft(felt[:3800], axis=0)) ** 2).mean(axis=1)
+    hz = np.fft.rfftfreq(3800, 0.01)
+    assert power[(hz > 0.1) & (hz < 5.0)].mean() < 0.1 * power[hz > 20.0].mean()
+    still, before = (OpenLoop(scenario).run(50, REST)[-1][0].imu for scenario in (shaken, Scenario()))
+    assert still == before
+
+
+def test_patches_slip_by_place_and_alike_on_each_pass():
+    robot, passes = OpenLoop(quiet({"patch_slip_relative": 0.05})), []
+    robot.run(300, FAST)
+    for _ in range(2):
+        robot.world.place(TruePose(0.0, 0.0, 0.0))
+        robot.run(100, FAST)
+        passes.append([pose for _, pose in robot.run(500, FAST)])
+    first, again = np.array(passes)[:, :, :2]
+    apart = np.hypot(*(first[:, None] - again[None]).transpose(2, 0, 1)).min(axis=1)
+    assert apart[10:-10].max() < 0.02
+    slips = np.array([height_m(robot.world.figures.patches, 5.0 * k, 40.0) for k in range(4000)])
+    assert np.std(slips) == pytest.approx(0.05, rel=0.1)
+    distance = np.hypot(*np.diff(first, axis=0).T).sum()
+    plain = [pose for _, pose in OpenLoop(quiet()).run(900, FAST)]
+    assert abs(distance / (plain[-1].east_m - plain[-500].east_m) - 1.0) > 0.003
+
+
+def test_the_robot_leans_on_crown_and_ruts():
+    crown = GroundWave(rise_m=0.32, length_m=128.0, across_rad=math.pi / 2, crest_y_m=32.0)
+    world = World(VEHICLE, quiet(ground=Ground(waves=(crown,))))
+    for north, slope in ((32.0, 0.0), (0.0, 0.16 * 2.0 * math.pi / 128.0), (64.0, -0.16 * 2.0 * math.pi / 128.0)):
+        world.place(TruePose(10.0, north, 0.0))
+        assert world.state.up_y == pytest.approx(slope, abs=2e-4)
+        assert world.state.up_x == pytest.approx(0.0, abs=1e-4)
+    ruts = World(VEHICLE, quiet(ground=Ground(waves=(GroundWave(rise_m=0.02, length_m=1.6),))))
+    heights = []
+    for east in np.arange(0.0, 1.6, 0.1):
+        ruts.place(TruePose(east, 5.0, math.pi / 2))
+        heights.append(ruts.state.height_m)
+    assert np.ptp(heights) == pytest.approx(0.02 * math.cos(2.0 * math.pi * 0.25 / 1.6), rel=0.02)
+
+
+def test_rough_ground_may_be_between_two_classes():
+    leans = []
+    for ground in (Ground(roughness="B", roughness_factor=2.0), Ground(roughness="C")):
+        world = World(VEHICLE, quiet(ground=ground))
+        world.place(TruePose(3.0, 4.0, 0.5))
+        leans.append(world.state.up_x)
+    assert leans[0] == pytest.approx(leans[1])
+
+
+def test_wind_moves_the_paint_and_not_the_robot():
+    plain, blown = (World(VEHICLE, quiet(truth)) for truth in ({}, {"drift_east_m": 0.002, "drift_north_m": -0.001}))
+    for world in (plain, blown):
+        world.step(Command((10.0, 10.0), True, True), 1)
+    assert blown.pose == plain.pose
+    assert blown.trace[:, :2] - plain.trace[:, :2] == pytest.approx(np.tile((0.002, -0.001), (len(plain.trace), 1)))
+
+
+def test_reality_is_the_file_among_the_examples():
+    text = (Path(__file__).parents[2] / "examples" / "reality.json").read_text(encoding="utf-8")
+    assert parse(Scenario, text, "reality.json") == Scenario.reality()
 
 
 def bursting(**update):

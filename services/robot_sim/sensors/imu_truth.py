@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from touchline.core.jit import kernel
 from touchline.core.physical_constants import GRAVITY_MPS2
-from touchline.core.random import STREAM_FAULT, STREAM_IMU, normal
+from touchline.core.random import STREAM_FAULT, STREAM_IMU, STREAM_VIBRATION, normal
 from touchline.core.records import Record
 from touchline.onboard.interface import GYRO, TICK_S
 from touchline.schemas.scenario import Scenario
@@ -26,6 +26,8 @@ _WALK: Final = 6
 _BIAS: Final = 0
 _WARMTH: Final = 6
 _SHAKEN: Final = 3  # channel of STREAM_FAULT
+_PASS: Final = 7
+"""Samples whose mean is taken from the middle one of them: white noise above 11 Hz (3 dB) remains."""
 
 Floats = NDArray[np.float64]
 
@@ -45,6 +47,8 @@ class ImuFigures(Record):
     accel_bias_mps2: float
     accel_walk_mps2: float
     accel_warmth_mps2_per_k: float
+    vibration: float
+    """Vibration of the drive per speed."""
     warming_k: float
     """Final rise of the temperature (a fixed value)."""
     warming_tau_s: float
@@ -79,6 +83,16 @@ def switch_on(imu: Sequence[ImuState], seed: int) -> None:
         s.bias[3 + axis] = f.accel_bias_mps2 * normal(seed, STREAM_IMU, TURN_ON_TICK, _BIAS + 3 + axis)
         s.warmth[axis] = f.gyro_warmth_radps_per_k * normal(seed, STREAM_IMU, TURN_ON_TICK, _WARMTH + axis)
         s.warmth[3 + axis] = f.accel_warmth_mps2_per_k * normal(seed, STREAM_IMU, TURN_ON_TICK, _WARMTH + 3 + axis)
+
+
+@kernel
+def _vibration(seed: int, tick: int, axis: int) -> float:
+    """Return white noise with a standard deviation of 1, of which what is slower than 10 Hz is removed."""
+    mean = 0.0
+    for back in range(_PASS):
+        mean += normal(seed, STREAM_VIBRATION, tick - back, axis) / _PASS
+    found: float = (normal(seed, STREAM_VIBRATION, tick - _PASS // 2, axis) - mean) * math.sqrt(_PASS / (_PASS - 1.0))
+    return found
 
 
 @kernel
@@ -121,6 +135,8 @@ def measure(moment: Moment, imu: Sequence[ImuState], readings: Floats) -> None:
         sigma = f.gyro_white_radps if gyro else f.accel_white_mps2
         if sigma > 0.0:
             reading += sigma * normal(seed, STREAM_IMU, tick, _WHITE + axis)
+        if f.vibration > 0.0 and not gyro:
+            reading += f.vibration * abs(state.speed_mps) * _vibration(seed, tick, axis)
         shaken = effects.gyro_white_radps if gyro else effects.accel_white_mps2
         if shaken > 0.0:
             reading += shaken * normal(seed, STREAM_FAULT, tick, _SHAKEN + axis)
@@ -146,6 +162,7 @@ def make_imu(scenario: Scenario) -> ImuState:
         accel_bias_mps2=noise.accel_turn_on_bias_mps2,
         accel_walk_mps2=noise.accel_bias_walk_mps2_rts * per_tick,
         accel_warmth_mps2_per_k=noise.accel_temperature_mps2_per_k,
+        vibration=truth.vibration_mps2,
         warming_k=noise.warming_k,
         warming_tau_s=noise.warming_tau_s,
         gyro_gain=1.0 + truth.gyro_scale_relative - 0.5 * (lean[0] ** 2 + lean[1] ** 2),

@@ -76,6 +76,8 @@ class BodyState(Record):
     """Mean change of the height over the tick, on rough ground."""
     mean_accel_z_mps2: float
     """Mean over the tick, up, gravity apart, on rough ground."""
+    patch_slip: Annotated[NDArray[np.float64], 2]
+    """Share of ground speed that the left and the right side lose at this place."""
 
 
 class BodyFigures(NamedTuple):
@@ -101,6 +103,8 @@ class BodyFigures(NamedTuple):
         crab_rad: Constant part of the angle of the motion beyond the heading.
         wander_rad: Random part of it, 1 σ.
         wander_1pm: Reciprocal of the length over which that is correlated.
+        drift_east_m: Place of the paint east of the nozzle's.
+        drift_north_m: The same, north.
         docks: (d, 4) place of each dock (x, y), its reach [m], and its power [W].
     """
 
@@ -123,4 +127,6 @@ class BodyFigures(NamedTuple):
     crab_rad: float
     wander_rad: float
     wander_1pm: float
+    drift_east_m: float
+    drift_north_m: float
     docks: NDArray[np.float64]

@@ -65,5 +65,7 @@ def constants(vehicle: Vehicle, scenario: Scenario) -> BodyFigures:
         crab_rad=scenario.truth.crab_rad,
         wander_rad=scenario.truth.wander_rad,
         wander_1pm=1.0 / scenario.truth.wander_m,
+        drift_east_m=scenario.truth.drift_east_m,
+        drift_north_m=scenario.truth.drift_north_m,
         docks=np.array([(each.x_m, each.y_m, each.reach_m, each.power_w) for each in scenario.docks]).reshape(-1, 4),
     )

@@ -31,6 +31,7 @@ from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.objects.contacts import press
 from touchline.services.robot_sim.world.objects.things import Things
 from touchline.services.robot_sim.world.objects.tick import begin_things, end_things
+from touchline.services.robot_sim.world.patches import slip_here
 from touchline.services.robot_sim.world.roughness import stance
 from touchline.services.robot_sim.world.tools.world_tool import work
 
@@ -46,7 +47,9 @@ class WorldFigures(NamedTuple):
     tool: Any
     """Constants `WorldTool.figures`, as `drive`."""
     waves: Floats
-    """Shape of the ground, of `rough_ground`."""
+    """Shape of the ground, of `shape_of`."""
+    patches: Floats
+    """Map of the slip, of `patches_of`."""
 
 
 class WorldArrays(NamedTuple):
@@ -102,8 +105,8 @@ def leaning(state: BodyState, x: float, y: float, z: float) -> tuple[float, floa
 @kernel
 def _trace_row(state: BodyState, body: BodyFigures, cos: float, sin: float, width: float, row: Floats) -> None:
     x, y, _ = leaning(state, body.point_x_m, body.point_y_m, 0.0)
-    row[TRACE_EAST] = state.east_m + cos * x - sin * y
-    row[TRACE_NORTH] = state.north_m + sin * x + cos * y
+    row[TRACE_EAST] = state.east_m + cos * x - sin * y + body.drift_east_m
+    row[TRACE_NORTH] = state.north_m + sin * x + cos * y + body.drift_north_m
     row[TRACE_SPRAYING] = width
 
 
@@ -228,7 +231,7 @@ def advance(world: WorldArrays, command: HeldCommand, faults: Sequence[Effects],
         faults: (1,) effects of faults.
         tick: Onboard tick, the counter of the randomness.
     """
-    body, drive, tool, waves = world.figures
+    body, drive, tool, waves, patches = world.figures
     state, own, effects, trace = world.state[0], world.drive[0], faults[0], world.trace
     begin_tick(drive, own, body, world.seed, tick)
     full_wh = body.battery_wh
@@ -240,6 +243,8 @@ def advance(world: WorldArrays, command: HeldCommand, faults: Sequence[Effects],
     tilt(state, body, waves)
     up_before, height_before = (state.up_x, state.up_y), state.height_m
     crab = _wander(state, body, world.seed, tick)
+    if len(patches):
+        slip_here(state, patches)
     speed_before, side_before, heading_before = state.speed_mps, state.side_speed_mps, state.heading_rad
     turned_x, turned_y, energy_j = 0.0, 0.0, 0.0
     _trace_row(state, body, math.cos(state.heading_rad), math.sin(state.heading_rad), 0.0, trace[0])

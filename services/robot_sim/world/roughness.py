@@ -1,4 +1,4 @@
-"""Rough ground: a field of heights over the map, alike on each pass, by its class of ISO 8608.
+"""Shape of the ground: a field of heights over the map, alike on each pass; rough by its class of ISO 8608, or waved.
 
 Along any line the heights have the one-sided spectrum G(n) = G₀·(n/n₀)⁻², n₀ = 0.1 /m, from 0.01 /m to the 5 /m at
 which a tyre no longer follows (assumed). The field is isotropic: plane waves in all directions, of which those between
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from touchline.core.jit import kernel
 from touchline.core.random import STREAM_ROUGHNESS, uniform
-from touchline.schemas.scenario import Roughness
+from touchline.schemas.scenario import Ground, GroundWave, Roughness
 
 SPECTRUM_M3: Final[dict[Roughness, float]] = {"none": 0.0, "A": 16e-6, "B": 64e-6, "C": 256e-6, "D": 1024e-6}
 """G₀ by class: geometric means of ISO 8608."""
@@ -38,19 +38,33 @@ _HEIGHT: Final = 3
 _COLUMNS: Final = 4
 
 
-def rough_ground(roughness: Roughness, seed: int) -> Floats:
-    """Make the waves of a ground of a class, no two seeds alike.
-
-    The waves lie closer to each other the shorter they are, and their directions are spread evenly.
+def shape_of(ground: Ground, seed: int) -> Floats:
+    """Make the waves of a ground: those of its roughness, no two seeds alike, then its crown and ruts.
 
     Args:
-        roughness: The class.
+        ground: The ground.
         seed: Seed of the scenario.
 
     Returns:
-        (n, 4) waves for `rough_heights`; none of a smooth ground.
+        (n, 4) waves for `height_m`; none of a smooth ground.
     """
-    spectrum = SPECTRUM_M3[roughness]
+    rough = _rough(SPECTRUM_M3[ground.roughness] * ground.roughness_factor**2, seed)
+    return np.vstack([rough, *map(_given_wave, ground.waves)])
+
+
+def _given_wave(wave: GroundWave) -> Floats:
+    number = 2.0 * math.pi / wave.length_m
+    east, north = number * math.cos(wave.across_rad), number * math.sin(wave.across_rad)
+    return np.array([[east, north, -(east * wave.crest_x_m + north * wave.crest_y_m), 0.5 * wave.rise_m]])
+
+
+def _rough(spectrum: float, seed: int) -> Floats:
+    """Return waves of rough ground: the shorter the closer to each other, in directions that are spread evenly.
+
+    Args:
+        spectrum: G₀ [m³].
+        seed: Seed of the scenario.
+    """
     if spectrum == 0.0:
         return np.zeros((0, _COLUMNS))
     bounds = _LEAST_1PM + (_MOST_1PM - _LEAST_1PM) * np.linspace(0.0, 1.0, _WAVES + 1) ** 2
@@ -68,10 +82,10 @@ def rough_ground(roughness: Roughness, seed: int) -> Floats:
 
 @kernel
 def height_m(waves: Floats, east: float, north: float) -> float:
-    """Return the height of rough ground at a place [m].
+    """Return the height of the ground at a place [m], or another sum of waves.
 
     Args:
-        waves: Of `rough_ground`.
+        waves: Of `shape_of`.
         east: East, map frame [m].
         north: North, map frame [m].
     """
@@ -87,7 +101,7 @@ def stance(waves: Floats, east: float, north: float, cos: float, sin: float) -> 
     """Return slopes and height of a robot on rough ground: ahead, to the left (rise over run), and its axle's [m].
 
     Args:
-        waves: Of `rough_ground`.
+        waves: Of `shape_of`.
         east: East of the body's origin, map frame [m].
         north: North of it.
         cos: Of the heading.

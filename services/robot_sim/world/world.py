@@ -18,7 +18,8 @@ from touchline.services.robot_sim.world.constants import constants
 from touchline.services.robot_sim.world.drives.world_drive import world_drive
 from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.objects.surroundings import Surroundings
-from touchline.services.robot_sim.world.roughness import rough_ground
+from touchline.services.robot_sim.world.patches import patches_of
+from touchline.services.robot_sim.world.roughness import shape_of
 from touchline.services.robot_sim.world.tools.world_tool import world_tool
 
 _TURN_ON_TICK = -1  # stands for a tick in numbers that are drawn once
@@ -70,7 +71,8 @@ class World:
             constants(vehicle, scenario),
             self._drive.figures,
             world_tool(vehicle).figures,
-            rough_ground(scenario.ground.roughness, scenario.seed),
+            shape_of(scenario.ground, scenario.seed),
+            patches_of(scenario.truth, scenario.seed),
         )
         self.state.wander_rad = scenario.truth.wander_rad * normal(scenario.seed, STREAM_WANDER, _TURN_ON_TICK, 0)
         self.surroundings = Surroundings(vehicle, scenario, self._drive.centre_x_m)

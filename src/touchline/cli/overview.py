@@ -44,6 +44,7 @@ PANELS: dict[str, dict[str, tuple[str, ...]]] = {
         "import_command": ("import",),
         "estimate_command": ("estimate",),
         "calibrate_command": ("calibrate",),
+        "fit_command": ("fit",),
         "picture_command": ("picture",),
     },
     "This installation": {

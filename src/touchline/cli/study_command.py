@@ -12,9 +12,11 @@ from touchline.cli.display import print_line, print_table, progress_bar, say
 from touchline.cli.network_study_output import network_study
 from touchline.cli.obstacles_study_output import obstacles_study
 from touchline.cli.options import ExitCode, JsonOption
+from touchline.cli.reality_study_output import reality_study
 from touchline.cli.study_output import StudyPlaces
 from touchline.cli.tracking_study_output import tracking_study
 from touchline.recordings.writing import writing
+from touchline.schemas.errors import SpecError
 from touchline.schemas.optional_packages import require
 
 _PAIRS, _QUICK_PAIRS = 100, 20
@@ -26,7 +28,7 @@ def register(app: typer.Typer) -> None:
     app.command("study")(study)
 
 
-Subject = Literal["marking", "coverage", "tracking", "network", "obstacles"]
+Subject = Literal["marking", "coverage", "tracking", "network", "obstacles", "reality"]
 
 
 def study(
@@ -34,9 +36,12 @@ def study(
         Subject,
         typer.Argument(
             help="Study: line marking, covering a field with a roller, cubic paths and trajectory tracking, "
-            "a network of robots, or obstacles."
+            "a network of robots, obstacles, or logs of real robots beside the emulator."
         ),
     ] = "marking",
+    logs: Annotated[
+        list[Path] | None, typer.Argument(metavar="[LOGS]", help="Reality: recordings or imported logs.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FOLDER", help="Write the tables to this folder; marking: plots, too.")
     ] = None,
@@ -54,7 +59,9 @@ def study(
             "network: ten robots for 40 s, one seed; obstacles: few lines and goals.",
         ),
     ] = False,
-    seeds: Annotated[int, typer.Option(metavar="N", min=1, max=1000, help="Coverage, network: number of seeds.")] = 3,
+    seeds: Annotated[
+        int, typer.Option(metavar="N", min=1, max=1000, help="Coverage, network, reality: number of seeds.")
+    ] = 3,
     plots: Annotated[
         Path | None, typer.Option(metavar="FOLDER", help="Tracking, network, obstacles: write pictures to this folder.")
     ] = None,
@@ -62,6 +69,11 @@ def study(
 ) -> None:
     """Reproduce a published study's benchmark and compare Touchline with it; exit code 1 if we miss a requirement."""
     require("touchline_research", "study")
+    if logs and subject != "reality":
+        raise SpecError("command line", "LOGS", f"is of no use for {subject}", "leave it out, or study reality")
+    if subject == "reality":
+        reality_study(logs or (), seeds, StudyPlaces(out, None), as_json=as_json)
+        return
     if subject == "tracking":
         tracking_study(StudyPlaces(out, plots), quick=quick, as_json=as_json)
         return

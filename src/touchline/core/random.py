@@ -35,6 +35,8 @@ STREAM_ROUGHNESS: Final = 17  # shape of the ground
 STREAM_STAMP: Final = 18  # jitter of stamps
 STREAM_BURST: Final = 19  # bursts of a receiver's errors, and the errors in them
 STREAM_MULTIPATH: Final = 20  # maps of the errors at places
+STREAM_VIBRATION: Final = 21  # vibration of the drive
+STREAM_PATCHES: Final = 22  # map of the slip at places
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -87,7 +89,7 @@ def uniform(seed: int, stream: int, tick: int, channel: int) -> float:
 
     Args:
         seed: Seed of the session.
-        stream: STREAM_CHASSIS to STREAM_MULTIPATH.
+        stream: STREAM_CHASSIS to STREAM_PATCHES.
         tick: Tick of the draw.
         channel: Number within stream and tick.
     """
@@ -100,7 +102,7 @@ def normal(seed: int, stream: int, tick: int, channel: int) -> float:
 
     Args:
         seed: Seed of the session.
-        stream: STREAM_CHASSIS to STREAM_MULTIPATH.
+        stream: STREAM_CHASSIS to STREAM_PATCHES.
         tick: Tick of the draw.
         channel: Number within stream and tick.
     """

@@ -66,7 +66,7 @@ def roll_on(
 
     Args:
         drive: Parameters of the drive.
-        state: State of the body; speeds, yaw rate and the wheels' angles are updated.
+        state: State of the body with the slip of its place; speeds, yaw rate and the wheels' angles are updated.
         wheels: State of the drive; rates, traction and the casters' direction are updated.
         body: Parameters of the body.
         effects: Effects of faults: blocked wheels, and slip of each wheel.
@@ -92,7 +92,7 @@ def roll_on(
     for wheel in range(2):
         rate = wheels.rate_radps[wheel]
         radius = pressed * drive.radius_m[wheel]
-        grip = radius * (1.0 - wheels.slip[wheel] - effects.slip[wheel])
+        grip = radius * (1.0 - wheels.slip[wheel] - effects.slip[wheel] - state.patch_slip[wheel])
         beneath = speed + (2 * wheel - 1) * half * yaw
         if effects.blocked[wheel]:
             stiff, sideways = stiffness(0.0, beneath, side, load, body)

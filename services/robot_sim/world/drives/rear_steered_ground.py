@@ -40,7 +40,8 @@ def _drum(
     if effects.blocked[0]:
         stiff, across = stiffness(0.0, speed, side, load, body)
         return stiff, 0.0, across
-    grip = drive.radius_m * (1.0 - drum.slip - effects.slip[0])
+    here = 0.5 * (state.patch_slip[0] + state.patch_slip[1])
+    grip = drive.radius_m * (1.0 - drum.slip - effects.slip[0] - here)
     stiff, across = stiffness(grip * rate, speed, side, load, body)
     inertia = drive.inertia_kgm2 + STEP_S * drag(rate, drive.viscous_nms, drive.friction_nm)
     free = grip * (drive.inertia_kgm2 * rate + STEP_S * drum.torque_nm) / inertia

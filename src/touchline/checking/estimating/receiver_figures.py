@@ -23,7 +23,7 @@ def receiver_figures(run: EstimatorRun) -> dict[str, Any] | None:
     It may move before and after. σ per axis about the mean; the step from one second to the next, rms per axis; and the
     autocorrelation at 60 s, each the mean of east and north.
     """
-    fixed = _standing(run.receiver[run.receiver[:, 4] == FIX_FIXED])
+    fixed = standing(run.receiver[run.receiver[:, 4] == FIX_FIXED])
     if len(fixed) < LEAST_S or fixed[-1, 0] - fixed[0, 0] < LEAST_S:
         return None
     places = fixed[:, 1:3]
@@ -42,8 +42,12 @@ def receiver_figures(run: EstimatorRun) -> dict[str, Any] | None:
     }
 
 
-def _standing(fixed: Floats) -> Floats:
-    """Return the longest run of rows near to where most are."""
+def standing(fixed: Floats) -> Floats:
+    """Return the longest run of fixes near to where most are.
+
+    Args:
+        fixed: (k, c) time, east, north [m], and others.
+    """
     if not len(fixed):
         return fixed
     near = np.hypot(*(fixed[:, 1:3] - np.median(fixed[:, 1:3], axis=0)).T) <= _STOOD_M

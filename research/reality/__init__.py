@@ -1,0 +1,1 @@
+"""Study of the emulator beside logs of real robots."""
