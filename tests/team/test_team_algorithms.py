@@ -218,7 +218,7 @@ ANYTHING = st.recursive(
 
 
 @given(ANYTHING)
-@settings(max_examples=1000)
+@settings(max_examples=300)
 def test_any_answer_is_a_wish_that_can_be_followed_or_a_wrong_one(answer: Any) -> None:
     try:
         wish, _ = checked_wish(answer, 0.5)
