@@ -131,7 +131,8 @@ class Inbox:
 
     def _declare(self, session: zenoh.Session, topic: Topic) -> "_Subscriber":
         key = self._key(topic)
-        channel = self._ring() if self._keep != "all" else handlers.FifoChannel(MOST_WAITING)
+        channel: handlers.FifoChannel[zenoh.Sample] | handlers.RingChannel[zenoh.Sample]
+        channel = handlers.FifoChannel(MOST_WAITING) if self._keep == "all" else self._ring()
         if not topic.latched:
             return session.declare_subscriber(key, channel)
         history = ext.HistoryConfig(max_samples=1, detect_late_publishers=True)
