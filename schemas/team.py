@@ -22,6 +22,8 @@ Ring = Annotated[tuple[Point, ...], Field(min_length=3, max_length=1000)]
 MOST_ROBOTS: Final = 1024
 LOSSY_LEASE_S: Final = 2.4
 """A lease that suits messages up to half of which are lost, and that are late: a round trip, and the loss of a few."""
+BY_PLANS: Final = ("battery-low", "camera-outage")
+"""Faults with which robots still follow their plans to the ends, where they stand."""
 PLACE_M2: Final = 2.5
 """Of an area that is not said, for each robot."""
 
@@ -260,15 +262,27 @@ class TeamScenario(Spec):
         """True if robots are guided by plans instead of cells; plans may also keep apart from nothing."""
         return self.avoid in ("plans", "barriers") or (self.avoid == "none" and self.algorithm is not None)
 
+    @property
+    def faulty(self) -> bool:
+        """True if a robot has a fault at some time."""
+        return bool(self.faults or self.world.faults or self.frozen)
+
     @model_validator(mode="after")
-    def _has_no_faults_by_plans(self) -> Self:
-        failing = {"faults": self.faults, "world.faults": self.world.faults, "frozen": self.frozen}
-        for field in (field for field, there in failing.items() if there and self.by_plans):
-            raise ValueError(f"{field} is not supported by plans, which robots must follow: use avoid: cells")
+    def _can_follow_plans(self) -> Self:
+        if not self.by_plans:
+            return self
+        for fault in (*self.world.faults, *(each for faults in self.faults.values() for each in faults)):
+            if fault.kind not in BY_PLANS:
+                problem = f"the fault {fault.kind} is not supported by plans, which robots must follow to their ends"
+                raise ValueError(f"{problem}: use avoid: cells, or {', '.join(BY_PLANS)}")
+        if self.frozen:
+            raise ValueError("frozen is not supported by plans, which robots must follow: use avoid: cells")
+        return self
+
+    @model_validator(mode="after")
+    def _can_dispatch(self) -> Self:
         if isinstance(self.task, DispatchTask) and self.avoid == "none" and self.algorithm is None:
             raise ValueError("avoid is 'none', and a dispatcher avoids nobody: use avoid: cells, plans or barriers")
-        if self.avoid == "barriers" and not self.links.lossless:
-            raise ValueError("links lose messages, which barriers do not allow for: use avoid: plans, or cells")
         return self
 
     def setup(self, name: str, start: Pose2) -> Setup:
