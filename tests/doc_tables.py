@@ -25,8 +25,8 @@ from touchline.schemas.faults import fault_models
 from touchline.schemas.fields import FIELDS, Parameter
 from touchline.schemas.fleet import FleetRobot
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.remedies import unit_of
 from touchline.schemas.overhead_cameras import Hiding, OverheadCamera
+from touchline.schemas.remedies import unit_of
 from touchline.schemas.roles import Role
 from touchline.schemas.scenario import Multipath, Obstruction, Pose2, Scenario, Steel
 from touchline.schemas.spec import Spec
