@@ -134,7 +134,7 @@ class CameraNoise(GrownSpec):
     cameras: Annotated[tuple[OverheadCamera, ...], Field(max_length=100)] = ()
     """Several cameras, each with its view; none: one that sees all the ground."""
     hiding: Annotated[tuple[Hiding, ...], Field(max_length=1000)] = ()
-    """What hides robots from them: walls, people."""
+    """Walls, people and the like that hide robots from them."""
     tag_height_m: Annotated[float, Field(ge=0, le=10)] = 0.4
     """Height of a robot's tag above the ground."""
 

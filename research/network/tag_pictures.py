@@ -80,7 +80,7 @@ class PinholeCamera(NamedTuple):
 def overhead(x_m: float, y_m: float, height_m: float, tilt_rad: tuple[float, float, float]) -> PinholeCamera:
     """Return a camera of 1280 × 960 pixels that looks down, but for small turns about the axes x, y, z."""
     down = np.diag((1.0, -1.0, -1.0))
-    turned, _ = cv2.Rodrigues(np.array(tilt_rad))
+    turned: Floats = cv2.Rodrigues(np.array(tilt_rad))[0]
     return PinholeCamera(900.0, (1280, 960), turned @ down, np.array((x_m, y_m, height_m)))
 
 
@@ -117,7 +117,7 @@ def taken(
         part[drawn >= 0.0] = drawn[drawn >= 0.0]
     if hidden is not None:
         cv2.fillConvexPoly(scene, np.rint(_mapped(finer, camera.pixels(hidden, 0.0))).astype(np.int32), 40.0)
-    seen = cv2.GaussianBlur(cv2.resize(scene, (width, height), interpolation=cv2.INTER_AREA), (0, 0), _BLUR_PX)
+    seen: Floats = cv2.GaussianBlur(cv2.resize(scene, (width, height), interpolation=cv2.INTER_AREA), (0, 0), _BLUR_PX)
     noisy = np.clip(np.rint(seen + rng.normal(0.0, _NOISE, seen.shape)), 0, 255)
     return noisy.astype(np.uint8)
 
@@ -153,13 +153,15 @@ def calibrated(
     pixels = np.concatenate([seen[number] for number in known])
     flat = np.column_stack((places, np.zeros(len(places))))
     _, turn, shift = cv2.solvePnP(flat, pixels, camera.matrix, np.zeros(4))
-    rotation, _ = cv2.Rodrigues(turn)
+    rotation: Floats = cv2.Rodrigues(turn)[0]
     return camera._replace(rotation=rotation, place=-(rotation.T @ np.ravel(shift)))
 
 
 def pose_of(camera: PinholeCamera, corners: Floats, height_m: float = TAG_HEIGHT_M) -> TagPose:
     """Return the pose of a tag at a height (m) by the pixels of its corners (4, 2)."""
-    upper_left, upper_right, lower_right, lower_left = _mapped(np.linalg.inv(camera.plane(height_m)), corners)
+    upper_left, upper_right, lower_right, lower_left = _mapped(
+        np.linalg.inv(camera.plane(height_m)).astype(np.float64), corners
+    )
     ahead = upper_right - upper_left + lower_right - lower_left
     x, y = 0.25 * (upper_left + upper_right + lower_right + lower_left)
     return TagPose(float(x), float(y), math.atan2(ahead[1], ahead[0]))

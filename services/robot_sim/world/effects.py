@@ -81,7 +81,7 @@ class Effects(Record):
     camera_out: bool
     """True if the overhead camera does not find the robot."""
     camera_east_m: float
-    """Where the robot is that it takes for this one, from there, and how that is turned against it."""
+    """Offset of the robot that it takes for this one, and the angle by which that is turned against it."""
     camera_north_m: float
     camera_rad: float
 
