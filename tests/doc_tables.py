@@ -25,6 +25,7 @@ from touchline.schemas.faults import fault_models
 from touchline.schemas.fields import FIELDS, Parameter
 from touchline.schemas.fleet import FleetRobot
 from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.overhead_cameras import Hiding, OverheadCamera
 from touchline.schemas.remedies import unit_of
 from touchline.schemas.roles import Role
 from touchline.schemas.scenario import Multipath, Obstruction, Pose2, Scenario, Steel
@@ -176,6 +177,8 @@ def scenario() -> str:
         "sky[]": Obstruction,
         "steel[]": Steel,
         "multipath[]": Multipath,
+        "camera.cameras[]": OverheadCamera,
+        "camera.hiding[]": Hiding,
     }
     own = fields(Scenario, without=("camera", "sky", "steel", "multipath"))
     return f"{own}\n\n{groups(parts)}"

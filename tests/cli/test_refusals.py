@@ -52,7 +52,6 @@ BAD = {
         (("run", "study-square", "--follower", "lqr"), "follower"),
         (("robot-sim", "--scenario", "/no/such.json"), "cannot be read"),
         (("replay", "/no/such.mcap"), "no/such.mcap"),
-        (("fleet", "simulate", "--avoid", "barriers", "--loss", "0.5"), "which barriers do not allow for"),
         (("fleet", "simulate", "--algorithm", "nobody"), "algorithm.use is 'nobody'"),
         (("fleet", "simulate", "--algorithm", "external"), "which is asked over the bus"),
     ],

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 
 from tests.fleet.test_committed_plans import LIMITS, ROOM, at_nearest, scattered
 from touchline.coordination.free_area import FreeArea
+from touchline.coordination.plans.barrier_plans import BarrierPlans
 from touchline.coordination.plans.committed_plans import CommittedPlans
 from touchline.coordination.plans.plan_hub import OffPlan, PlanHub, PlanSettings
 from touchline.coordination.tasks import GoalLists
@@ -45,14 +47,14 @@ class Robots:
         return PlanState(stamp_s=tick / 100.0, **motion, **numbers)
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_no_two_robots_meet_when_half_of_all_messages_are_lost(seed: int) -> None:
+@pytest.mark.parametrize(("avoid", "seed"), [*(("plans", seed) for seed in range(6)), ("barriers", 0), ("barriers", 1)])
+def test_no_two_robots_meet_when_half_of_all_messages_are_lost(avoid: Literal["plans", "barriers"], seed: int) -> None:
     rng = np.random.default_rng(seed)
     names = [f"tb{number:02}" for number in range(10)]
     poses = scattered(rng, len(names)).tolist()
     starts = {name: PlanState(x_m=x, y_m=y, heading_rad=turn) for name, (x, y, turn) in zip(names, poses, strict=True)}
     goals = rng.uniform((0.3, 0.3), (4.7, 3.7), (len(names), 6, 2)).tolist()
-    hub = PlanHub(OPEN, GoalLists(dict(zip(names, goals, strict=True))), starts, 0.0, SETTINGS)
+    hub = PlanHub(OPEN, GoalLists(dict(zip(names, goals, strict=True))), starts, 0.0, replace(SETTINGS, avoid=avoid))
     robots, letters, driven_m = Robots(starts), list[tuple[int, str, Any]](), 0.0
     before = None
     for tick in range(0, 3000, 5):
@@ -78,9 +80,10 @@ def test_no_two_robots_meet_when_half_of_all_messages_are_lost(seed: int) -> Non
     assert hub.nearest_m >= LIMITS.apart_m - ROUNDING_M
 
 
-def test_proposals_keep_clear_of_both_plans_of_others() -> None:
+@pytest.mark.parametrize("kind", [CommittedPlans, BarrierPlans])
+def test_proposals_keep_clear_of_both_plans_of_others(kind: type[CommittedPlans]) -> None:
     rng = np.random.default_rng(5)
-    team = CommittedPlans(scattered(rng, 12), ROOM, LOSSY, certain=False)
+    team = kind(scattered(rng, 12), ROOM, LOSSY, certain=False)
     offers = 0
     for _ in range(60):
         team.choose_by(at_nearest(team.places), rng.permutation(12).tolist())
@@ -112,6 +115,10 @@ def test_a_robot_follows_a_plan_that_continues_its_own_and_comes_in_time() -> No
     assert (keeper.adopted, keeper.decided) == (3, 5)
     assert keeper.receive(plan_message(6, 3, branch_s=9.0), 101)
     assert (keeper.adopted, keeper.decided) == (6, 6)
+    assert not keeper.over(99)
+    assert keeper.over(100)  # ten samples of 0.05 s from 0.5 s on
+    assert keeper.receive(plan_message(7, 6, branch_s=9.0), 101, halts=True)  # it is to stand
+    assert (keeper.adopted, keeper.decided) == (6, 7)
 
 
 @pytest.mark.parametrize(
@@ -139,3 +146,13 @@ def test_a_robot_off_its_plan_is_named() -> None:
     with pytest.raises(OffPlan, match=r"robot b is 0\.030 m off its plan"):
         hub.update(0.4)
     assert hub.outside_m["a"] < 1e-3
+
+
+def test_a_robot_that_refuses_its_plan_is_named_where_every_plan_counts_as_followed() -> None:
+    certain = PlanSettings(LIMITS, lag_s=0.0, margin_m=0.02, certain=True, avoid="plans")
+    hub = PlanHub(ROOM, GoalLists({"a": [(1.5, 0.5)]}), {"a": PlanState(x_m=0.5, y_m=0.5)}, 0.0, certain)
+    hub.update(0.0)
+    number = hub.guidance()["a"].number
+    hub.receive("a", PlanState(stamp_s=0.4, x_m=0.5, y_m=0.5, decided=number), 0.4)
+    with pytest.raises(OffPlan, match="robot a has refused its plan"):
+        hub.update(0.4)

@@ -48,7 +48,7 @@ def plan_settings_of(team: TeamScenario) -> PlanSettings:
         plan_limits(team),
         team.vehicle.drive.motor_time_constant_s,
         team.radius_m - body_radius_m(team.vehicle),
-        certain=team.links.lossless,
+        certain=team.links.lossless and not team.faulty,
         avoid=team.avoid,
     )
 
@@ -200,9 +200,8 @@ class Coordination:
         """
         self._first = {name: each.state for name, each in followed.items()}
         self.task = self._task_of(self._team.task, _places(self._first))
-        settings = plan_settings_of(self._team)
         # Robots are out of step at first, and may miss a plan: both plans are kept clear until they have reported.
-        settings = replace(settings, certain=settings.certain and settings.avoid == "barriers")
+        settings = replace(plan_settings_of(self._team), certain=False)
         self.hub = PlanHub(self._area, self.task, followed, now_s, settings)
         self._begun_s = now_s
 

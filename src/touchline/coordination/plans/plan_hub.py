@@ -46,7 +46,7 @@ class PlanSettings:
         limits: Limits of plans.
         lag_s: Time constant of the robots' actuators: they are late by that on their plans, all alike.
         margin_m: Distance from its plan at which a robot is still within what plans keep clear.
-        certain: Whether what is sent always arrives at once.
+        certain: Whether what is sent always arrives at once, and is followed.
         avoid: What keeps plans apart; none: nothing.
         resting_s: Time of silence after which a robot is at the end of its plan.
     """
@@ -222,6 +222,9 @@ class PlanHub:
         if self.settings.avoid == "none":
             return
         for name, off_m in self._off_m.items():
+            state, followed = self._robots[name].newest, self._robots[name].followed
+            if self.settings.certain and state.decided >= followed.number != state.adopted:
+                raise OffPlan(f"robot {name} has refused its plan, as it is to stand; all are stopped")
             if off_m > self.settings.margin_m:
                 raise OffPlan(f"robot {name} is {off_m:.3f} m off its plan; all are stopped")
 
@@ -290,7 +293,7 @@ def _plans(poses: Floats, area: FreeArea, settings: PlanSettings) -> CommittedPl
         TooNear: Two robots, or one and a wall, are nearer than plans may be.
     """
     if settings.avoid == "barriers":
-        return BarrierPlans(poses, area, settings.limits)
+        return BarrierPlans(poses, area, settings.limits, certain=settings.certain)
     return CommittedPlans(poses, area, settings.limits, certain=settings.certain, apart=settings.avoid == "plans")
 
 
