@@ -203,6 +203,8 @@ TEAM_QUEUE = Topic("fleet/queue", m.String, latched=True, general=False, publish
 TEAM_REPORT = Topic(
     "fleet/report", m.TeamReport, latched=True, units="m, s", tolerance=1e-6, general=False, publishers=_TEAM
 )
+#: What another coordinator needs to go on with the team's task, as JSON.
+TEAM_MEMORY = Topic("fleet/memory", m.String, recorded=False, latched=True, general=False, publishers=_TEAM)
 #: Of a replay, which sends what its robots said as if they were there.
 REPLAY_STATUS = Topic("replay/status", m.ReplayStatus, 10, recorded=False, latched=True, units="s", general=False)
 PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False, publishers=frozenset((Role.PLANNER,)))

@@ -23,6 +23,7 @@ _OTHERS: Final = (
     topics.TEAM_STATUS,
     topics.TEAM_QUEUE,
     topics.TEAM_REPORT,
+    topics.TEAM_MEMORY,
 )
 CARRIED: Final = tuple(topic for topic in topics.TOPICS if topic not in _OTHERS)
 """Topics that the robot publishes through the sender."""

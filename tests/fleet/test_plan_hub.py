@@ -132,7 +132,8 @@ def test_a_robot_passes_over_what_is_no_plan(plan: list[float]) -> None:
     assert (keeper.adopted, keeper.decided, len(keeper.plan)) == (0, 0, 0)
 
 
-def test_a_robot_off_its_plan_is_named() -> None:
+def certain_pair() -> tuple[PlanHub, Robots]:
+    """Two robots that follow the plans that they were sent for certain, 0.4 s ago."""
     starts = {"a": PlanState(x_m=0.5, y_m=0.5), "b": PlanState(x_m=0.5, y_m=3.0)}
     certain = PlanSettings(LIMITS, lag_s=0.0, margin_m=0.02, certain=True, avoid="plans")
     hub = PlanHub(ROOM, GoalLists({"a": [(1.5, 0.5)], "b": [(1.5, 3.0)]}), starts, 0.0, certain)
@@ -140,6 +141,32 @@ def test_a_robot_off_its_plan_is_named() -> None:
     robots = Robots(starts)
     for name, message in hub.guidance().items():
         robots.keepers[name].receive(message, 0)
+    return hub, robots
+
+
+def test_a_robot_that_is_not_heard_keeps_the_plan_that_it_follows_for_certain() -> None:
+    hub, robots = certain_pair()
+    hub.receive("a", robots.states(40)["a"], 0.4)
+    before = hub.guidance()
+    hub.update(0.4)
+    assert {name for name, each in hub.guidance().items() if each.number > before[name].number} == {"a"}
+    hub.receive("b", robots.states(40)["b"], 0.7)
+    hub.receive("b", robots.states(80)["b"], 0.8)
+    hub.update(0.8)
+    assert hub.guidance()["b"].plan_base == before["b"].number
+
+
+def test_a_robot_that_has_missed_a_plan_is_named() -> None:
+    hub, robots = certain_pair()
+    robots.keepers["b"] = PlanKeeper()
+    for name, state in robots.states(40).items():
+        hub.receive(name, state, 0.4)
+    with pytest.raises(OffPlan, match=r"robot b has missed its plan, and follows an older one"):
+        hub.update(0.4)
+
+
+def test_a_robot_off_its_plan_is_named() -> None:
+    hub, robots = certain_pair()
     states = robots.states(40)
     hub.receive("a", states["a"], 0.4)
     hub.receive("b", states["b"].model_copy(update={"y_m": 3.03}), 0.4)

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -69,10 +69,10 @@ class BarrierPlans(CommittedPlans):
         self.infeasible = 0
         self._asked = np.zeros(len(poses), dtype=np.complex128)
 
-    def update(self, wishes: Sequence[Wish]) -> None:
-        """Let a period pass, and change the wishes of all robots as little as possible."""
+    def update(self, wishes: Sequence[Wish], staying: Collection[int] = ()) -> None:
+        """Let a period pass, and change the wishes of all robots as little as possible; those that stay wish to."""
         self._asked[:] = 0.0
-        super().update(wishes)
+        super().update(wishes, staying)
         self._filter()
 
     def choose_by(self, wishes: NDArray[np.complex128], order: Sequence[int]) -> None:

@@ -162,7 +162,7 @@ class PlanHub:
         self._look_for_strays()
         names = list(self._robots)
         before, open_before = self._plans.plans.copy(), self._plans.proposed
-        self._plans.update(self._wishes(names))
+        self._plans.update(self._wishes(names), self._unheard)
         self.interventions.note(names, self._plans.changes)
         self._nearest_m = self._plans.closest_m
         new = self._plans.proposed & ~open_before
@@ -211,11 +211,18 @@ class PlanHub:
         self.goals = {name: (x, y) for name, (x, y) in zip(names, goals.tolist(), strict=True)}
         return [GoalWish(x, y) for x, y in goals.tolist()]
 
+    @property
+    def _unheard(self) -> list[int]:
+        """Robots that follow what they were sent for certain, and are not there to be sent anything else."""
+        if not self.settings.certain:
+            return []
+        return [who for who, robot in enumerate(self._robots.values()) if robot.heard_s < self._now_s]
+
     def _look_for_strays(self) -> None:
         """Look how far robots are off their plans.
 
         Raises:
-            OffPlan: One is too far off.
+            OffPlan: One is too far off, or does not follow what it was sent for certain.
         """
         for name, robot in self._robots.items():
             self._off_m[name] = self._off_plan_m(robot)
@@ -227,6 +234,14 @@ class PlanHub:
                 raise OffPlan(f"robot {name} has refused its plan, as it is to stand; all are stopped")
             if off_m > self.settings.margin_m:
                 raise OffPlan(f"robot {name} is {off_m:.3f} m off its plan; all are stopped")
+            if self.settings.certain and self._has_missed(self._robots[name]):
+                raise OffPlan(f"robot {name} has missed its plan, and follows an older one; all are stopped")
+
+    @staticmethod
+    def _has_missed(robot: _Robot) -> bool:
+        """Return whether a robot reports that it does not follow its plan, although it should have it by then."""
+        state, followed = robot.newest, robot.followed
+        return state.adopted != followed.number and state.stamp_s > followed.plan_branch_s + _NEARLY_S
 
     def _off_plan_m(self, robot: _Robot) -> float:
         """Return how far a robot believes to be from where its plan is, once its actuators have caught up (m)."""
