@@ -216,7 +216,7 @@ class Coordination:
         self._first = {name: each.state for name, each in followed.items()}
         self.task = self._task_of(self._team.task, _places(self._first))
         # Robots are out of step at first, and may miss a plan: both plans are kept clear until they have reported.
-        settings = replace(plan_settings_of(self._team), certain=False)
+        settings = plan_settings_of(self._team, certain=False)
         self.hub = PlanHub(self._area, self.task, followed, now_s, settings)
         self._begun_s = now_s
         if tasks is not None and self.dispatcher is not None:
