@@ -53,16 +53,25 @@ AREA_OF_ONE_M2: Final = 2.5
 _PASSES: Final = 4
 _ALIGNED_TICKS: Final = 400
 _TEAM: Final = TeamScenario(avoid="plans")
-_THERE_M: Final = 0.3
+THERE_M: Final = 0.3
 _NUMBERS_BYTES: Final = 32
 """Numbers and name in a message between regions."""
+
+
+def starts_of(robots: int, side_m: float, rng: np.random.Generator) -> dict[str, tuple[float, float, float]]:
+    """Start of each robot on a square, by name: x, y (m), and a heading at random (rad)."""
+    across = math.ceil(math.sqrt(robots))
+    at = (np.arange(across) + 0.5) * side_m / across
+    places = [(x, y) for y in at.tolist() for x in at.tolist()][:robots]
+    headings = rng.uniform(-math.pi, math.pi, robots).tolist()
+    return {f"tb{n}": (x, y, h) for n, ((x, y), h) in enumerate(zip(places, headings, strict=True))}
 
 
 class LightRobot:
     """A robot that follows its plan exactly."""
 
-    def __init__(self, name: str, x_m: float, y_m: float, heading_rad: float) -> None:
-        samples = np.zeros((samples_of(LIMITS), t.COLUMNS))
+    def __init__(self, name: str, x_m: float, y_m: float, heading_rad: float, limits: PlanLimits = LIMITS) -> None:
+        samples = np.zeros((samples_of(limits), t.COLUMNS))
         samples[:, :3] = x_m, y_m, heading_rad
         self.name, self.plan = name, TimedPlan(samples, 0.0, 0.0)
         self.fence, self.owner = OwnerFence(), cast(RegionLife | None, None)
@@ -145,15 +154,11 @@ class RegionTeam:
         corners = [(0.0, 0.0), (self.side_m, 0.0), (self.side_m, self.side_m), (0.0, self.side_m)]
         edges = [tuple(np.linspace(0.0, self.side_m, n + 1).tolist()) for n in (columns, rows)]
         borders = RegionBorders(edges[0], edges[1], halo_m(LIMITS))
-        across = math.ceil(math.sqrt(robots))
-        at = (np.arange(across) + 0.5) * self.side_m / across
-        places = [(x, y) for y in at.tolist() for x in at.tolist()][:robots]
-        headings = self._rng.uniform(-math.pi, math.pi, robots).tolist()
-        names = [f"tb{number}" for number in range(robots)]
-        make = EmulatedRobot if emulated else LightRobot
-        self.robots = {n: make(n, *place, h) for n, place, h in zip(names, places, headings, strict=True)}
+        make, starts = EmulatedRobot if emulated else LightRobot, starts_of(robots, self.side_m, self._rng)
+        self.robots = {name: make(name, *start) for name, start in starts.items()}
+        names = list(starts)
         self._goals = {name: self._goal() for name in names}
-        self._before = np.array(places)
+        self._before = np.array([(x, y) for x, y, _ in starts.values()])
         area = FreeArea.of(corners)
         self.hubs = [RegionHub(RegionLife(n, 1), -1.0, borders, area, names, LIMITS) for n in range(borders.count)]
         for hub in self.hubs:
@@ -210,7 +215,7 @@ class RegionTeam:
         self.figures.driven_m += float(np.hypot(*(now - self._before).T).sum())
         self._before = now
         for name, (x, y) in zip(self.robots, now.tolist(), strict=True):
-            if math.hypot(x - self._goals[name][0], y - self._goals[name][1]) < _THERE_M:
+            if math.hypot(x - self._goals[name][0], y - self._goals[name][1]) < THERE_M:
                 self.figures.arrivals += 1
                 self._goals[name] = self._goal()
 

@@ -2,7 +2,8 @@
 
 `python -m benchmarks stops`; `runs` is the number of stops, `seed` that of the first, `loads`, `channels` and
 `templates` restrict them to those named (with commas), `json_file` is for every stop's figures, `slack` multiplies the
-bounds; `secured=true` for a secured system. Ends with exit code 1 if any stop was missed.
+bounds; `secured=true` for a secured system, `both=true` for an open and a secured one, stopped by turns: the times of
+two runs one after another differ more than the systems do. Ends with exit code 1 if any stop was missed.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
-from contextlib import ExitStack
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import ExitStack, closing
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -44,6 +45,8 @@ ACKNOWLEDGED_S: Final = 5.0
 PATIENCE_S: Final = 30.0
 """Time after which a stop, or a silent system, counts as failed."""
 _SPEEDS: Final = (1.0, 20.0)
+_COMPARED: Final = (0.5, 0.9, 0.99)
+_RESAMPLES: Final = 2000
 _SLOW_BITE: Final = {"slow-reader": 4.0, "stopped-reader": 4.0}
 """Time (s) that some loads need to take effect."""
 SMALL: Final = Small(
@@ -70,6 +73,7 @@ class Stop:
         late: Whether it took longer than the limit, and its sender saw that it was not acknowledged.
         missed: Reason why it counts as missed; empty if it does not.
         valve: Whether paint could flow after it.
+        secured: Whether the system is a secured one.
         notes: Other problems.
     """
 
@@ -84,6 +88,7 @@ class Stop:
     late: bool = False
     missed: str = ""
     valve: bool = False
+    secured: bool = False
     notes: list[str] = field(default_factory=list)
 
 
@@ -96,13 +101,21 @@ def main(
     slack: float = 1.0,
     json_file: str = "",
     secured: bool = False,
+    both: bool = False,
 ) -> None:
     """Stop the robot the given number of times, and print the figures."""
     named = _named("loads", loads, SECURED_LOADS if secured else LOADS)
     asked = _Stops(named, _named("channels", channels, CHANNELS), templates.split(","), slack, secured)
     begun = time.monotonic()
-    stops = list(random_stops(range(seed, seed + runs), asked))
-    _print(stops, time.monotonic() - begun)
+    numbers = range(seed, seed + runs)
+    stops = list(stops_by_turns(numbers, asked) if both else random_stops(numbers, asked))
+    wall_s = time.monotonic() - begun
+    for side in (False, True) if both else (secured,):
+        if both:
+            print("secured" if side else "open")
+        _print([stop for stop in stops if stop.secured == side], wall_s)
+    if both:
+        _print_ratios(stops)
     if json_file:
         Path(json_file).write_text(json.dumps([asdict(stop) for stop in stops], indent=1), encoding="utf-8")
     if any(stop.missed or stop.valve for stop in stops):
@@ -126,7 +139,7 @@ def _named(setting: str, text: str, known: Sequence[str]) -> list[str]:
     return names
 
 
-def random_stops(numbers: Iterable[int], asked: _Stops) -> Iterable[Stop]:
+def random_stops(numbers: Iterable[int], asked: _Stops) -> Generator[Stop, None, None]:
     """Run stops by number, which is their seed; a lost system is replaced."""
     waiting = list(numbers)
     with tempfile.TemporaryDirectory(prefix="touchline-bench-") as keep:
@@ -146,11 +159,44 @@ def random_stops(numbers: Iterable[int], asked: _Stops) -> Iterable[Stop]:
                     sys.stderr.write(f"a new system: {lost}\n")
 
 
+def stops_by_turns(numbers: Sequence[int], asked: _Stops) -> Generator[Stop, None, None]:
+    """Run each stop on an open system and on a secured one, which stand side by side; each is the first by turns."""
+    with ExitStack() as stack:
+        runs = {
+            secured: stack.enter_context(closing(random_stops(numbers, asked._replace(secured=secured))))
+            for secured in (False, True)
+        }
+        for number in numbers:
+            for secured in (False, True) if number % 2 else (True, False):
+                yield next(runs[secured])
+
+
+def ratios(
+    before: Sequence[float], after: Sequence[float], quantiles: Sequence[float]
+) -> list[tuple[float, float, float]]:
+    """Return the ratio of each quantile of pairs of times, and the ends of its bootstrap interval of 95 %.
+
+    Args:
+        before: Times of the one system.
+        after: Times of the other, in the same order of stops.
+        quantiles: From 0 to 1.
+    """
+    pairs = np.array([before, after])
+    drawn = np.random.default_rng(1).integers(pairs.shape[1], size=(_RESAMPLES, pairs.shape[1]))
+    found = []
+    for quantile in quantiles:
+        lower, upper = np.quantile(pairs[:, drawn], quantile, axis=2)
+        first, last = np.quantile(upper / lower, (0.025, 0.975))
+        one, other = np.quantile(pairs, quantile, axis=1)
+        found.append((float(other / one), float(first), float(last)))
+    return found
+
+
 def _drawn(number: int, asked: _Stops) -> Stop:
     chance = random.Random(number)
     # Each load in turn, so that none is left out of a short run.
     load = asked.loads[number % len(asked.loads)]
-    return Stop(number, chance.choice(asked.channels), load, chance.choice(_SPEEDS))
+    return Stop(number, chance.choice(asked.channels), load, chance.choice(_SPEEDS), secured=asked.secured)
 
 
 def _tell(stop: Stop) -> None:
@@ -370,6 +416,19 @@ def _print(stops: list[Stop], wall_s: float) -> None:
             print(f"  stop {stop.number}: {stop.load}, {stop.channel}, {stop.speed:g}x: {stop.missed}")
     for note, count in _counted(stops):
         print(f"  {count:4d}  {note}")
+
+
+def _print_ratios(stops: list[Stop]) -> None:
+    """Compare the times to the status where both systems have one."""
+    times = {(stop.number, stop.secured): stop.estopped_s for stop in stops if stop.estopped_s is not None}
+    numbers = [number for number, secured in times if not secured and (number, True) in times]
+    before, after = ([times[number, secured] for number in numbers] for secured in (False, True))
+    if not before:
+        return
+    print(f"status, {len(before)} pairs: open ms, secured ms, ratio and its bootstrap interval of 95 %")
+    for quantile, (ratio, first, last) in zip(_COMPARED, ratios(before, after, _COMPARED), strict=True):
+        one, other = (1e3 * float(np.quantile(side, quantile)) for side in (before, after))
+        print(f"p{100 * quantile:.0f} {one:7.0f} {other:7.0f} {ratio:6.2f} ({first:.2f} to {last:.2f})")
 
 
 def _spread(values: list[float | None]) -> str:

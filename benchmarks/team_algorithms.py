@@ -2,29 +2,25 @@
 
 `python -m benchmarks team_algorithms`; `seeds` runs of each from seed `first`, teams of `least` to `most` robots,
 `only` one algorithm, all for a `share` of their time, with a share of messages lost (`loss`): those between robots and,
-by cells, those to and from the coordinator, too, which plans do not allow for yet. `straight` wishes to drive straight
-to its goal; the rows by `none` have no safety.
+by cells, those to and from the coordinator, too, which `team_faults` loses by plans as well. `straight` wishes to drive
+straight to its goal; the rows by `none` have no safety.
 
 Columns: contacts of two robots and with walls, least distance of plans or stopping segments (m), share of wishes that
 were changed, mean change (m/s and rad/s), updates, messages, bytes a message, Jain's index of progress to goals and
 robots that have arrived where there are goals, wrong answers, and wall-clock time per run.
 """
 
-import random
-from collections.abc import Callable
-from pathlib import Path
 from time import perf_counter
-from typing import Any, Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks._settings import Small
+from benchmarks._team_cases import CASES, Case, team_of
 from touchline.jobs.team.team_figures import team_figures
 from touchline.jobs.team.team_run import TeamRun
-from touchline.schemas.team import LOSSY_LEASE_S, TeamScenario
 
-EXAMPLES: Final = Path(__file__).resolve().parents[1] / "examples" / "teams"
 SIZES: Final = (4, 10, 50)
 SMALL = Small(
     {"least": 4, "most": 4, "seeds": 1, "share": 0.02},
@@ -34,87 +30,6 @@ SMALL = Small(
         "orca 4 plans # # # # # # # # # # # of #",
         "straight 4 none # # # # # # # # - # # of #",
     ),
-)
-
-
-class Case(NamedTuple):
-    """An algorithm and what it is run on: the fields of a team of a number of robots, by seed."""
-
-    name: str
-    use: str
-    duration_s: float
-    given: Callable[[int, int], dict[str, Any]]
-    avoid: tuple[str, ...] = ("plans", "cells")
-
-
-def _corner(robots: int, seed: int) -> dict[str, Any]:
-    """Start close together in a corner."""
-    return {"robots": robots}
-
-
-def _auction(robots: int, seed: int) -> dict[str, Any]:
-    return {"robots": robots, "options": {"least_mm": 8 * robots}}
-
-
-def _swap(robots: int, seed: int) -> dict[str, Any]:
-    return {"robots": robots, "task": {"kind": "swap"}}
-
-
-def _important(robots: int, seed: int) -> dict[str, Any]:
-    """Start in a corner; a disc elsewhere is important."""
-    side_m = (2.5 * robots) ** 0.5
-    disc = {"x_m": 0.7 * side_m, "y_m": 0.7 * side_m, "radius_m": 0.2 * side_m, "value": 10.0}
-    return {"robots": robots, "task": {"kind": "deploy", "importance": {"discs": [disc]}}}
-
-
-def _spread(robots: int, seed: int, pitch_m: float = 1.3) -> dict[str, Any]:
-    """Start spread over a grid, in any order."""
-    columns = int(np.ceil(np.sqrt(robots)))
-    grid = [(1.0 + pitch_m * (k % columns), 1.0 + pitch_m * (k // columns)) for k in range(robots)]
-    random.Random(seed).shuffle(grid)
-    side_m = 2.0 + pitch_m * (columns - 1)
-    places = {f"tb{k + 1}": {"x_m": x, "y_m": y, "heading_rad": 0.0} for k, (x, y) in enumerate(grid)}
-    return {"places": places, "area": {"outline": [(0, 0), (side_m, 0), (side_m, side_m), (0, side_m)]}}
-
-
-def _goals(robots: int, seed: int) -> dict[str, Any]:
-    """Start spread over a grid, with goals between the starts."""
-    pitch_m = 1.6
-    given, order = _spread(robots, seed, pitch_m), _spread(robots, seed + 1, pitch_m)["places"]
-    goals = {name: [(at["x_m"] + pitch_m / 2, at["y_m"] + pitch_m / 2)] for name, at in order.items()}
-    side_m = given["area"]["outline"][2][0] + pitch_m / 2
-    area = {"outline": [(0, 0), (side_m, 0), (side_m, side_m), (0, side_m)]}
-    return given | {"task": {"kind": "goals", "goals": goals}, "area": area, "range_m": 4.0}
-
-
-def _example(name: str, kind: str, duration_s: float, given: Callable[[int, int], dict[str, Any]]) -> Case:
-    return Case(name, f"{EXAMPLES / name}.py:{kind}", duration_s, given)
-
-
-STRAIGHT: Final = Path(__file__).with_name("_team_wishes.py").resolve()
-CASES: Final = (
-    _example("cyclic_pursuit", "CyclicPursuit", 60.0, _spread),
-    _example("rendezvous", "Rendezvous", 60.0, _spread),
-    _example("formation", "Formation", 60.0, _spread),
-    _example("flocking", "Flocking", 60.0, _corner),
-    _example("learned_coverage", "LearnedCoverage", 80.0, _important),
-    _example("auction", "Auction", 120.0, _auction),
-    _example("capt", "Capt", 60.0, _spread),
-    _example("perimeter", "Perimeter", 120.0, _corner),
-    _example("dispersion", "Dispersion", 60.0, _corner),
-    _example("leader_election", "LeaderElection", 60.0, _corner),
-    _example("orca", "Orca", 120.0, _swap),
-    _example("bvc", "Bvc", 120.0, _swap),
-    _example("token_planner", "TokenPlanner", 120.0, _goals),
-    Case(
-        "straight",
-        f"{Path(__file__).with_name('_team_wishes.py').resolve()}:Straight",
-        60.0,
-        _swap,
-        ("none", "plans", "cells"),
-    ),
-    Case("orca", f"{EXAMPLES / 'orca'}.py:Orca", 120.0, _swap, ("none",)),
-    Case("bvc", f"{EXAMPLES / 'bvc'}.py:Bvc", 120.0, _swap, ("none",)),
 )
 
 
@@ -156,21 +71,7 @@ def _line(rows: list[dict[str, float]]) -> str:
 
 def _row(case: Case, robots: int, avoid: str, seed: int, share: float, loss: float) -> dict[str, float]:
     """Return the figures of a run."""
-    given, base = case.given(robots, seed), TeamScenario()
-    options, range_m = given.pop("options", {}), given.pop("range_m", 2.0)
-    lossy = base.onboard.team.model_copy(update={"lease_s": LOSSY_LEASE_S})
-    with_cells = {"links": {"loss": loss}, "onboard": base.onboard.model_copy(update={"team": lossy}).model_dump()}
-    team = TeamScenario.model_validate(
-        {
-            "algorithm": {"use": case.use, "options": options},
-            "avoid": avoid,
-            "world": base.world.model_copy(update={"seed": seed}).model_dump(),
-            "radio": {"loss": loss, "range_m": range_m},
-            "duration_s": share * case.duration_s,
-            **(with_cells if avoid == "cells" and loss else {}),
-            **given,
-        }
-    )
+    team = team_of(case, robots, avoid, seed, share, loss, links=loss if avoid == "cells" else 0.0)
     begun_s, run = perf_counter(), TeamRun(team)
     run.run()
     figures = team_figures(run, 1.0)

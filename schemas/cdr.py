@@ -54,6 +54,26 @@ def _package_definitions(package: Traversable) -> list[tuple[str, str]]:
     return found
 
 
+class _Classes(dict[str, type]):
+    """Python classes of types, each made when it is first asked for: no process needs all, and each takes 0.5 ms.
+
+    Args:
+        known: Classes of the types that rosbags brings.
+        shipped: Definitions of the shipped types.
+    """
+
+    def __init__(self, known: dict[str, type], shipped: dict[str, Any]) -> None:
+        super().__init__(known)
+        self._shipped = shipped
+
+    def __missing__(self, name: str) -> type:
+        """Make the class of a shipped type."""
+        store = get_typestore(Stores.EMPTY)
+        store.register({name: self._shipped[name]})
+        self[name] = store.types[name]
+        return self[name]
+
+
 @cache
 def typestore() -> Typestore:
     """Standard ROS 2 types and the shipped ones."""
@@ -62,11 +82,12 @@ def typestore() -> Typestore:
     for name, text in (*definition_files(STANDARD), *definition_files()):
         # The parser knows messages only; a request or response is one under its service's name.
         (types[name],) = get_types_from_msg(text, name.replace("/srv/", "/msg/")).values()
-    store.register(types)
+    store.types = _Classes(store.types, types)
+    store.fielddefs = {**types, **store.fielddefs}
     # In a .msg file ``char`` is another name of uint8, also in the hash; rosbags takes it for IDL's.
     constants, fields = store.fielddefs[EVENT_INFO]
     told = [(name, _CLIENT_GID if name == "client_gid" else kind) for name, kind in fields]
-    store.fielddefs = {**store.fielddefs, EVENT_INFO: (constants, told)}
+    store.fielddefs[EVENT_INFO] = (constants, told)
     return store
 
 

@@ -121,6 +121,15 @@ class CameraOutage(Fault):
     kind: Literal["camera-outage"]
 
 
+class CameraSwapped(Fault):
+    """The overhead camera takes another robot for this one: its poses are off by where that is."""
+
+    kind: Literal["camera-swapped"]
+    east_m: _Offset = 0.5
+    north_m: _Offset = 0.0
+    turn_rad: Annotated[float, Field(ge=-4, le=4)] = 0.0
+
+
 class LidarBlind(Fault):
     """No beam of any lidar has a return: dirt or water on its window. Its scans arrive as before."""
 

@@ -8,6 +8,7 @@ from touchline.schemas.docks import DockSpec
 from touchline.schemas.faults import AnyFault, Share
 from touchline.schemas.given_angles import Angle
 from touchline.schemas.kinds import of_its_kind
+from touchline.schemas.overhead_cameras import Hiding, OverheadCamera
 from touchline.schemas.plugins import SENSORS
 from touchline.schemas.scenario_objects import ScenarioObject
 from touchline.schemas.sensor_truth import SensorTruth
@@ -119,7 +120,7 @@ class GnssNoise(GrownSpec):
 _BEFORE_BURSTS = {name for name in GnssNoise.model_fields if not name.startswith("burst_")}
 
 
-class CameraNoise(Spec):
+class CameraNoise(GrownSpec):
     """The camera overhead that sees the robot: errors of a pose (1 σ an axis; of the heading), delays, misses.
 
     A study of a network of small robots names such cameras and no figures; these are assumed.
@@ -137,6 +138,14 @@ class CameraNoise(Spec):
     """Largest further delay, in whole ticks that are equally likely."""
     dropout_share: Share = 0.02
     """Share of the pictures in which the robot is not found."""
+    cameras: Annotated[tuple[OverheadCamera, ...], Field(max_length=100)] = ()
+    """Several cameras, each with its view; none: one that sees all the ground."""
+    hiding: Annotated[tuple[Hiding, ...], Field(max_length=1000)] = ()
+    """Walls, people and the like that hide robots from them."""
+    tag_height_m: Annotated[float, Field(ge=0, le=10)] = 0.4
+    """Height of a robot's tag above the ground."""
+
+    later_fields = ("cameras", "hiding", "tag_height_m")
 
 
 class Obstruction(Spec):

@@ -9,7 +9,8 @@ from pydantic import Field, field_validator, model_validator
 from touchline.schemas.faults import AnyFault
 from touchline.schemas.given_angles import Angle
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.scenario import Coordinate, Pose2, Scenario
+from touchline.schemas.overhead_cameras import Hiding
+from touchline.schemas.scenario import CameraNoise, Coordinate, Pose2, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec
 from touchline.schemas.task_requests import DispatchTask
@@ -22,6 +23,8 @@ Ring = Annotated[tuple[Point, ...], Field(min_length=3, max_length=1000)]
 MOST_ROBOTS: Final = 1024
 LOSSY_LEASE_S: Final = 2.4
 """A lease that suits messages up to half of which are lost, and that are late: a round trip, and the loss of a few."""
+BY_PLANS: Final = ("battery-low", "camera-outage", "camera-swapped")
+"""Faults with which robots still follow their plans to the ends, where they stand."""
 PLACE_M2: Final = 2.5
 """Of an area that is not said, for each robot."""
 
@@ -31,6 +34,8 @@ class TeamArea(Spec):
 
     outline: Ring
     obstacles: Annotated[tuple[Ring, ...], Field(max_length=5000)] = ()
+    obstacle_height_m: Annotated[float, Field(ge=0, le=1000)] = 0.0
+    """Height of obstacles, which hide robots from cameras; 0: they hide none."""
 
 
 class ImportantDisc(Spec):
@@ -260,15 +265,27 @@ class TeamScenario(Spec):
         """True if robots are guided by plans instead of cells; plans may also keep apart from nothing."""
         return self.avoid in ("plans", "barriers") or (self.avoid == "none" and self.algorithm is not None)
 
+    @property
+    def faulty(self) -> bool:
+        """True if a robot has a fault at some time."""
+        return bool(self.faults or self.world.faults or self.frozen)
+
     @model_validator(mode="after")
-    def _has_no_faults_by_plans(self) -> Self:
-        failing = {"faults": self.faults, "world.faults": self.world.faults, "frozen": self.frozen}
-        for field in (field for field, there in failing.items() if there and self.by_plans):
-            raise ValueError(f"{field} is not supported by plans, which robots must follow: use avoid: cells")
+    def _can_follow_plans(self) -> Self:
+        if not self.by_plans:
+            return self
+        for fault in (*self.world.faults, *(each for faults in self.faults.values() for each in faults)):
+            if fault.kind not in BY_PLANS:
+                problem = f"the fault {fault.kind} is not supported by plans, which robots must follow to their ends"
+                raise ValueError(f"{problem}: use avoid: cells, or {', '.join(BY_PLANS)}")
+        if self.frozen:
+            raise ValueError("frozen is not supported by plans, which robots must follow: use avoid: cells")
+        return self
+
+    @model_validator(mode="after")
+    def _can_dispatch(self) -> Self:
         if isinstance(self.task, DispatchTask) and self.avoid == "none" and self.algorithm is None:
             raise ValueError("avoid is 'none', and a dispatcher avoids nobody: use avoid: cells, plans or barriers")
-        if self.avoid == "barriers" and not self.links.lossless:
-            raise ValueError("links lose messages, which barriers do not allow for: use avoid: plans, or cells")
         return self
 
     def setup(self, name: str, start: Pose2) -> Setup:
@@ -279,7 +296,7 @@ class TeamScenario(Spec):
             start: Where it stands.
         """
         faults = (*self.world.faults, *self.faults.get(name, ()))
-        world = self.world.model_copy(update={"start": start, "faults": faults})
+        world = self.world.model_copy(update={"start": start, "faults": faults, "camera": self._camera()})
         if isinstance(self.task, DispatchTask):
             docks = tuple(self.task.docks.values())
             world = world.model_copy(update={"docks": docks, "charge": self.task.charges.get(name, 1.0)})
@@ -287,6 +304,14 @@ class TeamScenario(Spec):
         onboard = self.onboard.model_copy(update={"follower": follower})
         setup = Setup(vehicle=self.vehicle, onboard=onboard, scenario=world)
         return setup.with_seed(world.seed + self.number_of(name))
+
+    def _camera(self) -> CameraNoise:
+        """The cameras of the world, with the obstacles that hide robots from them."""
+        camera, area = self.world.camera, self.area
+        if area is None or not area.obstacle_height_m or not camera.cameras:
+            return camera
+        walls = tuple(Hiding(outline=ring, height_m=area.obstacle_height_m) for ring in area.obstacles)
+        return camera.model_copy(update={"hiding": (*camera.hiding, *walls)})
 
     def number_of(self, name: str) -> int:
         """The robot's number: of `tb7` 6, so that a further robot changes no other's noise; else its place in the list.

@@ -47,6 +47,7 @@ class Topic:
         recorded: Whether the recorder takes it and runs must reproduce it bit for bit.
         latched: Whether late joiners get the last message (ROS: transient local).
         block: Whether a full queue blocks the publisher (nothing is lost) or drops.
+        prompt: Whether changes also come as copies that overtake telemetry (`touchline.bus.prompt`).
         units: Units of its main values.
         tolerance: Largest difference that a regression check accepts, per number, in those units.
         hashed: Whether it counts in a session's hash; what has caused a session does not.
@@ -60,6 +61,7 @@ class Topic:
     recorded: bool = True
     latched: bool = False
     block: bool = True
+    prompt: bool = False
     units: str = ""
     tolerance: float = 0.0
     general: bool = True
@@ -139,9 +141,9 @@ AREA_REPORT = Topic("truth/area_report", m.AreaReport, latched=True, units="m2, 
 CONTACT_REPORT = Topic(
     "truth/contact_report", m.ContactReport, latched=True, units="m, m/s, J", tolerance=1e-6, general=False
 )
-STATUS = Topic("traversal/status", m.TraversalStatus, 10, latched=True, units="m, s", tolerance=1e-6)
+STATUS = Topic("traversal/status", m.TraversalStatus, 10, latched=True, prompt=True, units="m, s", tolerance=1e-6)
 #: Of a robot that pauses.
-PAUSE_STATUS = Topic("traversal/pause_status", m.PauseStatus, latched=True, units="s", general=False)
+PAUSE_STATUS = Topic("traversal/pause_status", m.PauseStatus, latched=True, prompt=True, units="s", general=False)
 #: It follows from orders and status, so it counts in no hash.
 ABOUT_TO_MOVE = Topic("about_to_move", m.AboutToMove, latched=True, units="s", general=False, hashed=False)
 REPORT = Topic("traversal/report", m.TraversalReport, latched=True, units="m, s, m2", tolerance=1e-6)
@@ -201,6 +203,8 @@ TEAM_QUEUE = Topic("fleet/queue", m.String, latched=True, general=False, publish
 TEAM_REPORT = Topic(
     "fleet/report", m.TeamReport, latched=True, units="m, s", tolerance=1e-6, general=False, publishers=_TEAM
 )
+#: What another coordinator needs to go on with the team's task, as JSON.
+TEAM_MEMORY = Topic("fleet/memory", m.String, recorded=False, latched=True, general=False, publishers=_TEAM)
 #: Of a replay, which sends what its robots said as if they were there.
 REPLAY_STATUS = Topic("replay/status", m.ReplayStatus, 10, recorded=False, latched=True, units="s", general=False)
 PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False, publishers=frozenset((Role.PLANNER,)))

@@ -25,6 +25,7 @@ from touchline.schemas.faults import fault_models
 from touchline.schemas.fields import FIELDS, Parameter
 from touchline.schemas.fleet import FleetRobot
 from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.overhead_cameras import Hiding, OverheadCamera
 from touchline.schemas.remedies import unit_of
 from touchline.schemas.roles import Role
 from touchline.schemas.scenario import GroundWave, Multipath, Obstruction, Pose2, Scenario, Steel
@@ -177,6 +178,8 @@ def scenario() -> str:
         "steel[]": Steel,
         "multipath[]": Multipath,
         "ground.waves[]": GroundWave,
+        "camera.cameras[]": OverheadCamera,
+        "camera.hiding[]": Hiding,
     }
     own = fields(Scenario, without=("camera", "sky", "steel", "multipath"))
     return f"{own}\n\n{groups(parts)}"

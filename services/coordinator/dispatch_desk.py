@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from touchline.bus import Bus
 from touchline.coordination.coordination import Coordination
 from touchline.coordination.dispatch.queue_messages import QueueTeller, follow_order
@@ -22,8 +24,13 @@ class DispatchDesk:
         self._coordination, self._teller = coordination, QueueTeller()
         self._requests, self._queue = bus.serve(topics.TEAM_REQUESTS), bus.publisher(topics.TEAM_QUEUE)
 
-    def turn(self, *, ended: bool) -> None:
-        """Serve a waiting call; after the end of the run only the queue is told."""
+    def turn(self, keep: Callable[[], None], *, ended: bool) -> None:
+        """Serve a waiting call; after the end of the run only the queue is told.
+
+        Args:
+            keep: Keeps the tasks in memory, before anybody is told that they are taken.
+            ended: Whether the run has ended.
+        """
         if (call := self._requests.poll()) is None:
             return
         text = "{}" if ended else call.request.task_json
@@ -34,6 +41,7 @@ class DispatchDesk:
         except SpecError as error:
             call.reply(m.TeamTaskResponse(success=False, message=str(error)))
             return
+        keep()
         call.reply(m.TeamTaskResponse(success=True, message=answer))
 
     def publish(self, *, ended: bool) -> None:

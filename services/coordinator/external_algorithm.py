@@ -20,6 +20,7 @@ from touchline.coordination.algorithms.answers import (
     WrongAnswer,
     checked_message,
     checked_wish,
+    in_shape,
 )
 from touchline.coordination.algorithms.peer_radio import PeerRadio, RadioFigures
 from touchline.coordination.algorithms.team_algorithm import (
@@ -120,11 +121,11 @@ class ExternalDecider:
         """
         if answer is None:
             raise WrongAnswer(LATE, f"none within {me.period_s:g} s")
-        wish, clipped = checked_wish(_wish(answer.get("wish")), me.speed_max_mps)
+        wish, clipped = checked_wish(_wish(answer.get("wish")), me)
         text = answer.get("say")
         if not (text is None or isinstance(text, str)):
             raise WrongAnswer(WRONG_SHAPE, f"say is {type(text).__name__}, not text")
-        said = checked_message(None if text is None else text.encode())
+        said = checked_message(None if text is None else in_shape(text.encode))
         book = self.books[name]
         book.right()
         if clipped:
@@ -136,7 +137,7 @@ def _parsed(message: m.Message) -> dict[str, Any]:
     """Return an answer; empty if it is no JSON object."""
     try:
         found = json.loads(message.data) if isinstance(message, m.String) else None
-    except ValueError:
+    except (ValueError, RecursionError):
         return {}
     return found if isinstance(found, dict) else {}
 

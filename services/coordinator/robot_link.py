@@ -17,6 +17,8 @@ from touchline.schemas.team import TeamScenario
 
 _CHARGE_TICKS: Final = 100
 """Ticks from one message about the battery to the next."""
+_CALL_S: Final = 0.5
+"""Wall-clock time from one call to a silent robot to the next."""
 
 
 class RobotLink:
@@ -41,7 +43,7 @@ class RobotLink:
         self.path: m.TrueWay | None = None
         self._guidance = bus.publisher(topics.GUIDANCE, bus.publisher_id)
         self.whereabouts: Reported | None = None
-        self.heard_at_s, self.fresh = time.monotonic(), False
+        self.heard_at_s, self.fresh, self._call_at_s = time.monotonic(), False, 0.0
 
     @property
     def tick(self) -> int:
@@ -64,6 +66,12 @@ class RobotLink:
                 self.path = message
             elif isinstance(message, m.BatteryState):
                 self.charge, self._charge_tick = message.percentage, tick_of(message)
+
+    def call(self, tick: int, now_s: float) -> None:
+        """Let a silent robot go on to a tick, now and then: what it waits for, or what it has reported, may be lost."""
+        if now_s >= self._call_at_s:
+            self._call_at_s = now_s + _CALL_S
+            self.send((), tick)
 
     def send(self, guidance: Sequence[m.Guidance], tick: int) -> None:
         """Send guidance, at least an acknowledgement; `tick` is that of its whereabouts."""

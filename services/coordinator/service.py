@@ -45,6 +45,7 @@ from touchline.services.coordinator.robot_link import RobotLink
 from touchline.services.coordinator.standby import Standby
 from touchline.services.coordinator.succession import Succession
 from touchline.services.coordinator.take_over import TakeOver
+from touchline.services.coordinator.team_memory import MemoryKeeper, TeamMemory, journal_path, read_journal
 from touchline.services.coordinator.warm_up_team import warm_up_team
 from touchline.supervision.late_compilations import LateCompilations
 from touchline.supervision.shutdown import Stop, until_stopped
@@ -78,16 +79,24 @@ class TeamService:
         bus: Bus of the team's namespace.
         team: The team.
         lockstep: Whether sim time of the robots waits for the coordinator.
-        takes_over: Whether robots are under way that another coordinator has guided.
+        alone: Whether the run ends with this process: what it sends arrives, or is of no use to anybody.
+        former: Memory of another coordinator, which has guided the robots that are under way; None: there was none.
     """
 
     def __init__(
-        self, bus: Bus, team: TeamScenario, area: FreeArea, *, lockstep: bool, takes_over: bool = False
+        self,
+        bus: Bus,
+        team: TeamScenario,
+        area: FreeArea,
+        *,
+        lockstep: bool,
+        alone: bool,
+        former: TeamMemory | None = None,
     ) -> None:
         self._bus, self._team, self._lockstep = bus, team, lockstep
         self._area = area
         self._buses = {name: bus.of(name) for name in team.names}  # and of all others that have been invited
-        self._coordination = Coordination(team, area, lambda radio: ExternalDecider(self._buses, radio))
+        self._coordination = Coordination(team, area, lambda radio: ExternalDecider(self._buses, radio), certain=alone)
         self._exchange = Exchange(team, self._coordination)
         self._links = {name: RobotLink(each, team, lockstep=lockstep) for name, each in self._buses.items()}
         self._presser = ContactInjector(self._buses, body_radius_m(team.vehicle), area)
@@ -102,8 +111,9 @@ class TeamService:
         self._setup.send(m.String(data=team.model_dump_json()))
         self._task, self._problem, self._since, self._updates = "", "", "", 0
         self._statistics: TaskStatistics | None = None
-        self._phase = _Phase.TAKING_OVER if takes_over else _Phase.WAITING
-        self._taking = TakeOver(self._buses) if takes_over else None
+        self._phase = _Phase.TAKING_OVER if former else _Phase.WAITING
+        self._taking, self._former = TakeOver(self._buses) if former else None, former
+        self._memory = None if alone else MemoryKeeper(bus, self._coordination)
         self._succession = Succession(bus, self._buses)
         self._removals = Removals(bus, self._coordination, joining=not lockstep)
         self._desk = DispatchDesk(bus, self._coordination)
@@ -157,7 +167,8 @@ class TeamService:
         self._next_tick = (max(ticks.values()) // self._step + 1) * self._step
         updates = self._exchange.update_ticks
         first = -(-self._next_tick // updates) * updates
-        self._coordination.resume(taking.followed, (first - updates) / 100.0)
+        tasks = self._former.tasks if self._former is not None else None
+        self._coordination.resume(taking.followed, (first - updates) / 100.0, tasks)
         self._statistics = TaskStatistics(self._coordination, self._task)
         for name, link in self._links.items():
             link.whereabouts, link.heard_at_s = taking.followed[name].state, now_s
@@ -185,20 +196,27 @@ class TeamService:
         return self._as_it_comes()
 
     def _in_step(self, now_s: float) -> bool:
+        if self._coordination.hub is None:  # a robot that began long before the others is ahead of them
+            ahead = max((link.tick for link in self._links.values()), default=0)
+            self._next_tick = max(self._next_tick, -(-ahead // self._step) * self._step)
         tick = self._next_tick
         for name, link in self._links.items():
             if link.fresh and -1 < link.tick < tick and link.tick % self._step == 0:
                 self._catch_up(name, link)  # it hung, and its time is not that of the others any more
-        if any(not link.has_reported(tick) and not _given_up(link, now_s) for link in self._links.values()):
-            return False
+            elif not link.has_reported(tick) and _given_up(link, now_s):
+                link.call(tick - self._step, now_s)
+        silent = [link for link in self._links.values() if not link.has_reported(tick)]
+        if any(not _given_up(link, now_s) for link in silent) or len(silent) == len(self._links):
+            return False  # without any robot no sim time passes
         self._late_robots.look(tick, self._links)
         self._presser.press(tick, self._links)
-        there = {name: link for name, link in self._links.items() if link.tick >= tick and link.fresh}
+        there = {name: link for name, link in self._links.items() if link.tick == tick and link.fresh}
         guidance = self._exchanged(tick, _whereabouts(there))
-        for name, link in there.items():
-            link.fresh = False
-            if self._phase is _Phase.GUIDING:
-                link.send(guidance.get(name, ()), link.tick)
+        for name, link in self._links.items() if self._phase is _Phase.GUIDING else ():
+            if name in there:
+                link.fresh = False
+            if name in there or link.tick > tick:  # who is ahead is to wait for the others
+                link.send(guidance.get(name, ()) if name in there else (), tick)
         self._next_tick += self._step
         return True
 
@@ -264,7 +282,13 @@ class TeamService:
         cells, status = team_messages(self._coordination, self._area, tick, known)
         self._cells.send(cells)
         self._status.send(status)
+        self._keep_memory()  # before anybody is told
         self._desk.publish(ended=self._lockstep and self._coordination.finished(tick / 100.0))
+
+    def _keep_memory(self) -> None:
+        """Keep what another coordinator needs, if one can follow."""
+        if self._memory is not None:
+            self._memory.keep(self._team)
 
     def _look_for_end(self, tick: int) -> None:
         """Count the update, and report once the task has come to its end."""
@@ -283,7 +307,7 @@ class TeamService:
     def _serve(self) -> None:
         if (task := self._tasks.poll()) is not None:
             self._take_task(task)
-        self._desk.turn(ended=self._phase is _Phase.ENDED)
+        self._desk.turn(self._keep_memory, ended=self._phase is _Phase.ENDED)
         if gone := self._removals.turn(self._buses):
             del self._links[gone]
             self._offsets.pop(gone, None)
@@ -305,7 +329,7 @@ class TeamService:
         self._task = spec.kind
         if spec != self._team.task:
             self._team = self._team.model_copy(update={"task": spec})
-            self._setup.send(m.String(data=self._team.model_dump_json()))  # for a standby
+            self._setup.send(m.String(data=self._team.model_dump_json()))
         if self._phase is _Phase.WAITING:
             self._coordination.set_first_task(spec)
             self._statistics = TaskStatistics(self._coordination, spec.kind)
@@ -366,6 +390,11 @@ class TeamService:
         if name not in self._links:
             self._links[name] = RobotLink(self._buses[name], self._team, lockstep=self._lockstep)
         self._links[name].whereabouts = None
+
+    @property
+    def former_is_back(self) -> bool:
+        """Return whether the coordinator that is to be replaced guides robots after all."""
+        return self._taking is not None and self._taking.former_is_back
 
     @property
     def figures(self) -> dict[str, object]:
@@ -434,37 +463,52 @@ def run_service(
         raise SpecError("team", "avoid", "is cells, which no standby can take over", "use plans")
     config = config or BusConfig.from_environment((topics.TEAM_NAMESPACE,))
     with until_stopped(supervisor) as stop:
-        if standby:
-            team = _stand_by(team, config, stop)
-        if stop:
-            return
-        area = free_area(team)
-        with Bus.open(topics.COORDINATOR, config, lambda: stop.asked) as bus:
-            bus.claim()
-            health = HealthReporter(bus)
-            health.starting("loading kernels")
-            run_steps([("a team of two", partial(warm_up_team, team, area))], health.starting)
-            service = TeamService(bus, team, area, lockstep=lockstep, takes_over=standby)
-            late = LateCompilations(stop)
-            health.common = late.values
-            late.watch()
-            while not stop:
-                if not service.turn():
-                    time.sleep(IDLE_S)
-                health.poll(service.figures, message=service.doing)
+        former: TeamMemory | None = None
+        while not stop:
+            if standby:
+                former = _stand_by(former or read_journal(journal_path(topics.TEAM_NAMESPACE), team), config, stop)
+                team = former.team
+            if not stop:
+                _coordinate(team, config, stop, former, lockstep=lockstep, alone=supervisor is not None)
 
 
-def _stand_by(team: TeamScenario, config: BusConfig, stop: Stop) -> TeamScenario:
-    """Wait until the team's coordinator is lost, or this process is to stop; return the team with its remaining task.
+def _coordinate(
+    team: TeamScenario, config: BusConfig, stop: Stop, former: TeamMemory | None, *, lockstep: bool, alone: bool
+) -> None:
+    """Coordinate a team until this process is to stop, or the coordinator that it was to replace is back.
+
+    Raises:
+        SpecError: The area cannot be used.
+        TouchlineError: Another coordinator runs or has taken over, or a robot cannot be guided.
+    """
+    area = free_area(team)
+    with Bus.open(topics.COORDINATOR, config, lambda: stop.asked) as bus:
+        bus.claim()
+        health = HealthReporter(bus)
+        health.starting("loading kernels")
+        run_steps([("a team of two", partial(warm_up_team, team, area))], health.starting)
+        service = TeamService(bus, team, area, lockstep=lockstep, alone=alone, former=former)
+        late = LateCompilations(stop)
+        health.common = late.values
+        late.watch()
+        while not stop and not service.former_is_back:
+            if not service.turn():
+                time.sleep(IDLE_S)
+            health.poll(service.figures, message=service.doing)
+
+
+def _stand_by(memory: TeamMemory, config: BusConfig, stop: Stop) -> TeamMemory:
+    """Wait until the team's coordinator is lost, or this process is to stop; return the coordinator's memory.
 
     Everything that compiles is compiled before.
     """
     with Bus.open(topics.STANDBY, config, lambda: stop.asked) as bus:
         health = HealthReporter(bus)
         health.starting("loading kernels")
+        team = memory.team
         run_steps([("a team of two", partial(warm_up_team, team, free_area(team)))], health.starting)
-        watch = Standby(bus, team)
+        watch = Standby(bus, memory)
         while not stop and not watch.turn():
             health.poll({}, message=watch.doing)
             time.sleep(STANDBY_LOOK_S)
-        return watch.team
+        return watch.memory

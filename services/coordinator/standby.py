@@ -6,8 +6,8 @@ from touchline.bus import Bus
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.spec import parse
-from touchline.schemas.team import TeamScenario
-from touchline.services.coordinator.take_over import remaining_task
+from touchline.services.coordinator.take_over import TakeOver
+from touchline.services.coordinator.team_memory import TeamMemory
 
 
 class Standby:
@@ -15,36 +15,31 @@ class Standby:
 
     Attributes:
         seen: Session of the coordinator; "" before there is one.
+        memory: What the coordinator has published last.
     """
 
-    def __init__(self, bus: Bus, team: TeamScenario) -> None:
+    def __init__(self, bus: Bus, memory: TeamMemory) -> None:
         """Watch the coordinator of a team.
 
         Args:
             bus: Bus of the team's namespace, joined as a standby.
-            team: The team, until its coordinator says otherwise.
+            memory: Memory of the last coordinator, until there is another one.
         """
         self._presence = bus.presence()
-        self._inbox = bus.inbox([topics.TEAM_SETUP, topics.TEAM_CELLS], keep="latest")
-        self._team, self._cells = team, m.TeamCells()
+        self._inbox = bus.inbox([topics.TEAM_MEMORY], keep="latest")
+        self._robots = TakeOver({name: bus.of(name) for name in memory.team.names})
+        self.memory = memory
         self.seen = ""
 
     def turn(self) -> bool:
-        """Return True once the coordinator has gone."""
+        """Return True once the coordinator has gone, or all robots say that theirs had gone before."""
         self._presence.poll()
         for _, message in self._inbox.messages():
             if isinstance(message, m.String):
-                self._team = parse(TeamScenario, message.data, "setup of the team")
-            elif isinstance(message, m.TeamCells):
-                self._cells = message
+                self.memory = parse(TeamMemory, message.data, "memory of the coordinator")
         if there := self._presence.instances(topics.COORDINATOR):
             self.seen = min(there)
-        return bool(self.seen) and not there
-
-    @property
-    def team(self) -> TeamScenario:
-        """The team with what is left of its task."""
-        return self._team.model_copy(update={"task": remaining_task(self._team.task, self._cells)})
+        return not there and (bool(self.seen) or self._robots.look())
 
     @property
     def doing(self) -> str:

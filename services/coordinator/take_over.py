@@ -21,16 +21,16 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PayloadError
-from touchline.schemas.messages import TeamCells
-from touchline.schemas.team import GoalsTask, TaskSpec
 
 _ANSWER_S: Final = 1.0
 _AGAIN_S: Final = 0.1
-_SAME_M: Final = 1e-6
+_OBEYS: Final = "obeys session"
 
 
 class TakeOver:
     """Request to all robots to obey this coordinator; call `turn` in a loop.
+
+    Robots of a coordinator that is on the bus are not taken over.
 
     Attributes:
         epoch: Epoch of this coordinator; 0 until all robots have said theirs.
@@ -56,6 +56,15 @@ class TakeOver:
 
     def turn(self) -> bool:
         """Ask, and take answers; return True once all robots obey."""
+        if not self.look():
+            return False
+        if self.epoch:
+            return True
+        self._begin(1 + max(answer.epoch for answer in self.answers.values()))
+        return False
+
+    def look(self) -> bool:
+        """Ask, and take answers; return True once all have come."""
         now_s = time.monotonic()
         for name, bus in self._buses.items():
             if name in self.answers:
@@ -64,12 +73,7 @@ class TakeOver:
                 request = m.SetOwnerRequest(request_id=uuid.uuid4().hex, coordinator=bus.session_id, epoch=self.epoch)
                 self._open[name] = bus.ask(topics.SET_OWNER, encode(request), _ANSWER_S)
             self._take(name, now_s)
-        if len(self.answers) < len(self._buses):
-            return False
-        if self.epoch:
-            return True
-        self._begin(1 + max(answer.epoch for answer in self.answers.values()))
-        return False
+        return len(self.answers) == len(self._buses)
 
     def _take(self, name: str, now_s: float) -> None:
         """Take a robot's answer, if there is one."""
@@ -87,13 +91,20 @@ class TakeOver:
         except PayloadError as error:
             self.waits_for[name] = str(error)
             return
-        if response.success or (self.epoch == 0 and response.coordinator):
+        if self.epoch == 0 and response.coordinator in self._buses[name].sessions(topics.COORDINATOR):
+            self.waits_for[name] = f"{_OBEYS} {response.coordinator}, which is on the bus"
+        elif response.success or (self.epoch == 0 and response.coordinator):
             self.answers[name] = response
             del self.waits_for[name]
         elif response.coordinator and response.epoch >= self.epoch > 0:
             self._begin(0)  # another one was faster
         else:
             self.waits_for[name] = response.message
+
+    @property
+    def former_is_back(self) -> bool:
+        """Return whether a robot obeys another coordinator, which is on the bus, and none obeys this one yet."""
+        return any(reason.startswith(_OBEYS) for reason in self.waits_for.values())
 
     @property
     def none_is_guided(self) -> bool:
@@ -107,26 +118,3 @@ class TakeOver:
             name: FollowedPlan(each.state, np.array(each.plan).reshape(-1, COLUMNS), each.plan_start_s)
             for name, each in self.answers.items()
         }
-
-
-def remaining_task(task: TaskSpec, cells: TeamCells) -> TaskSpec:
-    """Return what is left of a task: robots that change places, or drive to goals in turn, go on to their last goals.
-
-    Args:
-        task: The task.
-        cells: What its coordinator has published last.
-    """
-    goals = {cell.name: (cell.goal_x_m, cell.goal_y_m) for cell in cells.cells}
-    if not goals or task.kind not in ("swap", "goals"):
-        return task
-    given = task.goals if isinstance(task, GoalsTask) else {}
-    left = {name: _from(goal, given.get(name, ())) for name, goal in goals.items()}
-    return GoalsTask(kind="goals", goals=left)
-
-
-def _from(goal: tuple[float, float], given: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    """Return goals from a present one on."""
-    for number, (x_m, y_m) in enumerate(given):
-        if abs(x_m - goal[0]) + abs(y_m - goal[1]) < _SAME_M:
-            return given[number:]
-    return (goal,)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import struct
 from typing import Final
 
@@ -22,8 +23,19 @@ _OTHERS: Final = (
     topics.TEAM_STATUS,
     topics.TEAM_QUEUE,
     topics.TEAM_REPORT,
+    topics.TEAM_MEMORY,
 )
 CARRIED: Final = tuple(topic for topic in topics.TOPICS if topic not in _OTHERS)
 """Topics that the robot publishes through the sender."""
 NUMBERS: Final = {topic.name: number for number, topic in enumerate(CARRIED)}
 """Numbers of the first robot's topics; those of the next one follow them."""
+
+
+def publisher_id(run: str, key: str) -> bytes:
+    """Return the id of the sender's publisher of a topic.
+
+    Args:
+        run: Id of the run of the robots' process.
+        key: Key of the topic.
+    """
+    return hashlib.blake2b(f"{run} {key}".encode(), digest_size=16).digest()

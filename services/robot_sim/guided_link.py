@@ -126,7 +126,12 @@ class GuidedLink:
             elif isinstance(message, Guidance):
                 self._emulator.take_guidance(message)
                 stamp = message.header.stamp
-                self._answered_tick = max(self._answered_tick, 100 * stamp.sec + stamp.nanosec // 10_000_000)
+                self._note_answer(100 * stamp.sec + stamp.nanosec // 10_000_000)
+
+    def _note_answer(self, tick: int) -> None:
+        """Note up to which tick the coordinator has answered; one that goes on is waited for again."""
+        if tick > self._answered_tick:
+            self._answered_tick, self._waits, self._held_since_s = tick, True, math.inf
 
     def _ignore(self, publisher: bytes) -> None:
         """Report a sender of ignored guidance, once."""
@@ -191,11 +196,9 @@ class GuidedLink:
         at_gate = self._step and tick % self._step == 0 and self._answered_tick < tick
         if not at_gate or not self.under_way or (not hurries and not self._there):
             self._held_since_s = math.inf
-            self._waits = self._waits or self._answered_tick == tick
             return False
         self._take()
         if self._answered_tick >= tick:
-            self._waits = True
             return False
         self._held_since_s = min(self._held_since_s, now_s)
         if now_s - self._held_since_s > PATIENCE_S:

@@ -18,8 +18,10 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Final
 
-from touchline.bus import BusConfig
-from touchline.services.robot_sim.frame import CARRIED, HEADER, NUMBERS
+from touchline.bus import Bus, BusConfig
+from touchline.schemas import topics
+from touchline.schemas.traversal_state import traversal_state
+from touchline.services.robot_sim.frame import CARRIED, HEADER, NUMBERS, publisher_id
 from touchline.services.robot_sim.packing import Payload
 from touchline.supervision.safe_path import safe_path
 
@@ -42,6 +44,7 @@ class Outbox:
         clock: Monotonic seconds.
 
     Attributes:
+        run: Id that distinguishes the publishers of this run of the robots.
         waiting_bytes: Size of the messages that the pipe has not taken yet.
         dropped: Number of messages for which there was no room.
         restarts: Number of times that the sender was replaced.
@@ -49,7 +52,7 @@ class Outbox:
 
     def __init__(self, config: BusConfig, clock: Callable[[], float] = time.monotonic) -> None:
         self._config, self._clock = config, clock
-        self._run = uuid.uuid4().hex
+        self.run = uuid.uuid4().hex
         self._sequences = [0] * (len(config.namespaces) * len(CARRIED))
         self._latest: dict[int, bytes] = {}
         self._waiting: deque[memoryview] = deque()
@@ -66,7 +69,7 @@ class Outbox:
                 fcntl.fcntl(self._pipe, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
         os.set_blocking(self._pipe, False)
         self._sender = subprocess.Popen(
-            [sys.executable, "-P", "-m", "touchline.services.robot_sim.sender", str(reader), self._run],
+            [sys.executable, "-P", "-m", "touchline.services.robot_sim.sender", str(reader), self.run],
             stdin=subprocess.DEVNULL,
             pass_fds=[reader],
             env={**os.environ, **self._config.environment(), **safe_path()},
@@ -107,6 +110,10 @@ class Outbox:
         self.dropped += dropped
         self._flush()
         return dropped
+
+    def sequence(self, topic: str, robot: int) -> int:
+        """Return the number of the last message of a robot's topic, by its name."""
+        return self._sequences[robot * len(CARRIED) + NUMBERS[topic]]
 
     def _put(self, batch: bytes) -> bool:
         """Queue a batch; return False if there is no room."""
@@ -174,22 +181,31 @@ class Outbox:
 
 
 class RobotOutlet:
-    """One robot's end of an `Outbox`.
+    """One robot's end of an `Outbox`, which also publishes changes of the robot's state by its own session.
+
+    Telemetry waits for as long as a subscriber takes none; the news that the robot stands must not.
 
     Attributes:
         dropped: Number of messages of this robot for which there was no room.
     """
 
-    def __init__(self, outbox: Outbox, robot: int = 0) -> None:
+    def __init__(self, outbox: Outbox, bus: Bus, robot: int = 0) -> None:
         """Make the outlet of a robot.
 
         Args:
             outbox: Outbox of the process.
+            bus: Bus of the robot.
             robot: Index of the robot in it, from 0.
         """
         self._outbox, self._robot = outbox, robot
         self._known_restarts = outbox.restarts
         self.dropped = 0
+        self._prompt = {
+            topic.name: bus.prompt_publisher(topic, publisher_id(outbox.run, bus.key(topic.name)))
+            for topic in CARRIED
+            if topic.prompt
+        }
+        self._state = -1
 
     @property
     def behind(self) -> bool:
@@ -204,6 +220,16 @@ class RobotOutlet:
     def send(self, payloads: Sequence[Payload]) -> None:
         """Send messages to be published, in this order; never waits."""
         self.dropped += self._outbox.send(payloads, self._robot)
+        last = {topic.name: payload for topic, payload in payloads if topic.prompt}
+        for name, payload in last.items():
+            if self._is_news(name, payload):
+                self._prompt[name].send(payload, self._outbox.sequence(name, self._robot))
+
+    def _is_news(self, topic: str, payload: bytes) -> bool:
+        if topic != topics.STATUS.name:
+            return True
+        before, self._state = self._state, traversal_state(payload)
+        return before != self._state
 
     def turn(self) -> bool:
         """Turn the outbox; return True if this robot's paint has to be published anew."""

@@ -6,7 +6,6 @@ but not the robot, and not for long: after the bus's patience it is cut off, rep
 
 from __future__ import annotations
 
-import hashlib
 import os
 import select
 import signal
@@ -21,7 +20,7 @@ from touchline.bus.common_settings import PATIENCE_S
 from touchline.schemas import topics
 from touchline.schemas.messages import Event, GetPaintRequest, GetPaintResponse, Header, Time
 from touchline.schemas.paint_history import PaintHistory
-from touchline.services.robot_sim.frame import CARRIED, HEADER
+from touchline.services.robot_sim.frame import CARRIED, HEADER, publisher_id
 from touchline.supervision.priority import USUAL, run_at
 
 _READ_BYTES: Final = 1024 * 1024
@@ -102,7 +101,7 @@ class _RobotPublisher:
 
     def __init__(self, bus: Bus, run: str) -> None:
         self._bus = bus
-        self._publishers = [bus.publisher(topic, _publisher_id(run, bus.key(topic.name))) for topic in CARRIED]
+        self._publishers = [bus.publisher(topic, publisher_id(run, bus.key(topic.name))) for topic in CARRIED]
         self._health = HealthReporter(bus)
         self._events = bus.publisher(topics.SUPERVISOR_EVENTS)
         self._get_paint = bus.serve(topics.GET_PAINT)
@@ -145,10 +144,6 @@ class _RobotPublisher:
         self._events.send(
             Event(header=stamp, severity=Event.WARN, source=topics.TELEMETRY, code="subscriber-cut-off", text=text)
         )
-
-
-def _publisher_id(run: str, key: str) -> bytes:
-    return hashlib.blake2b(f"{run} {key}".encode(), digest_size=16).digest()
 
 
 def main(pipe: int, run: str) -> None:

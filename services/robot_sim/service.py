@@ -85,7 +85,7 @@ def run_service(
                             bus,
                             health[number],
                             setup,
-                            RobotOutlet(outbox, number),
+                            RobotOutlet(outbox, bus, number),
                             speed=speed,
                             clock=clock,
                             journal=journals.enter_context(Journal(journal_path(bus.namespace, journal))),

@@ -103,6 +103,7 @@ for _kind, _summary, _fields, _module in (
     ("gnss-wrong-fix", "the GNSS has a wrong fix", "GnssWrongFix", "gnss_faults"),
     ("gnss-noisy", "the GNSS is disturbed", "GnssNoisy", "gnss_faults"),
     ("camera-outage", "the camera does not see the robot", "CameraOutage", "sensor_faults"),
+    ("camera-swapped", "the camera takes another robot for this one", "CameraSwapped", "sensor_faults"),
     ("lidar-blind", "the lidars see nothing", "LidarBlind", "sensor_faults"),
     ("lidar-false-returns", "the lidars see what is not there", "LidarFalseReturns", "sensor_faults"),
     ("messages-late", "messages come late", "MessagesLate", "message_faults"),

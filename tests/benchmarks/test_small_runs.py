@@ -44,8 +44,8 @@ LONG = frozenset(
             "lidar",
             "poses",
         ),
-        *("protection", "random_fields", "routes", "shared", "simulate", "soak", "steering", "stops"),
-        *("system", "timelines"),
+        *("protection", "random_fields", "region_processes", "routes", "shared", "simulate", "soak", "steering"),
+        *("stops", "system", "timelines"),
     )
 )
 """Those of more than four seconds."""

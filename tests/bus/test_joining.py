@@ -15,6 +15,7 @@ import zenoh
 from tests.meeting import caught_up
 from touchline.bus import Bus, BusConfig
 from touchline.bus.common_settings import MAX_MESSAGE_BYTES
+from touchline.bus.joining import check_router
 from touchline.bus.remote_access import beyond_loopback, is_loopback
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError, TouchlineError
@@ -179,3 +180,10 @@ def test_a_message_that_is_too_large_harms_nobody(bus_config):
             stranger.put(bridge.key(topics.EVENTS.name), bytes(2 * MAX_MESSAGE_BYTES))
         caught_up(robot, bridge)
         assert inbox.drain() == []
+
+
+def test_a_router_that_is_not_there_is_found_out_at_once(bus_config, tmp_path):
+    (client := tmp_path / "client.json5").write_text('{mode: "client"}')
+    check_router(bus_config)  # of peers, the first one may be this
+    with pytest.raises(TouchlineError, match=r"nobody listens at tcp/127\.0\.0\.1:\d+ \(Connection refused\)"):
+        check_router(BusConfig(bus_config.endpoint, config_file=client))

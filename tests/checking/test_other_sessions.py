@@ -13,9 +13,10 @@ from touchline.checking.divergence import stamp_ns
 from touchline.checking.open_loop_computer import OpenLoopComputer
 from touchline.checking.rebuild import Rebuild
 from touchline.checking.recorded_sensors import RecordedAuxiliary, RecordedSensors
-from touchline.checking.recorded_session import RecordedSession, TimedOrder
+from touchline.checking.recorded_session import NotRebuilt, RecordedSession, TimedOrder
 from touchline.checking.robot_messages import RobotMessages
 from touchline.checking.sensor_frames import SENSED, sensor_frames
+from touchline.recordings.recorded import Recorded
 from touchline.schemas import topics
 from touchline.schemas.messages import Guidance
 from touchline.schemas.onboard import OnboardConfig
@@ -84,6 +85,16 @@ def test_a_session_with_a_truth_of_its_own_is_done_again(tmp_path):
     world = {"truth": truth, "ground": {"roughness": "C"}, "gnss": {"burst_share": 0.1}, "multipath": [place]}
     (verdict,) = check_recording(bend(tmp_path / "truth.mcap", BRIEF, **world))
     assert verdict.passed, (verdict.problem, str(verdict.first))
+
+
+@pytest.mark.parametrize(
+    "hours, refused", [(1, "setup"), (100, "100 h, with messages of 0 h"), (1e6, "reaches 1,000,000 h")]
+)
+def test_a_length_that_is_only_claimed_is_refused(hours, refused):
+    """All its ticks would be run, and have room kept for them."""
+    claimed = [Recorded(f"/{ROBOT}/clock", 0, round(each * 3.6e12), 0, b"", None) for each in (0.001, hours)]
+    with pytest.raises(NotRebuilt, match=refused):
+        RecordedSession.of(claimed)
 
 
 def test_other_remains_are_a_difference(resumed, monkeypatch):

@@ -52,7 +52,6 @@ BAD = {
         (("run", "study-square", "--follower", "lqr"), "follower"),
         (("robot-sim", "--scenario", "/no/such.json"), "cannot be read"),
         (("replay", "/no/such.mcap"), "no/such.mcap"),
-        (("fleet", "simulate", "--avoid", "barriers", "--loss", "0.5"), "which barriers do not allow for"),
         (("fleet", "simulate", "--algorithm", "nobody"), "algorithm.use is 'nobody'"),
         (("fleet", "simulate", "--algorithm", "external"), "which is asked over the bus"),
     ],
@@ -63,15 +62,23 @@ def test_what_cannot_be_done_is_refused_at_once(arguments, says, touchline):
     assert says in " ".join(err.split())
 
 
-@pytest.mark.parametrize("command", [("run", "study-square"), ("demo",), ("fleet", "run", "--robots", "2")])
-def test_an_identity_is_refused_by_what_would_start_an_open_system(command, tmp_path, monkeypatch, touchline):
+@pytest.mark.parametrize(
+    ("command", "says"),
+    [
+        (("run", "study-square"), "has no identities"),
+        (("demo",), "has no identities"),
+        (("run", "soccer-11", "--robots", "2"), "jobs of several robots start an open system"),
+        (("fleet", "run", "--robots", "2"), "jobs of several robots start an open system"),
+    ],
+)
+def test_an_identity_is_refused_by_what_would_start_an_open_system(command, says, tmp_path, monkeypatch, touchline):
     authority = CertificateAuthority.create(tmp_path / "keys")
     anna = authority.new_member(Role.OPERATOR, "anna")
     authority.issue([anna])
     monkeypatch.setenv("TOUCHLINE_IDENTITY", str(authority.folder_of(anna)))
     code, _, err = touchline(*command)
     assert code == 2
-    assert "has no identities" in " ".join(err.split())
+    assert says in " ".join(err.split())
 
 
 # Both commands read templates with the same function: of `run` one is enough.

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 
 from tests.fleet.test_committed_plans import LIMITS, ROOM, at_nearest, scattered
 from touchline.coordination.free_area import FreeArea
+from touchline.coordination.plans.barrier_plans import BarrierPlans
 from touchline.coordination.plans.committed_plans import CommittedPlans
 from touchline.coordination.plans.plan_hub import OffPlan, PlanHub, PlanSettings
 from touchline.coordination.tasks import GoalLists
@@ -45,14 +47,14 @@ class Robots:
         return PlanState(stamp_s=tick / 100.0, **motion, **numbers)
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_no_two_robots_meet_when_half_of_all_messages_are_lost(seed: int) -> None:
+@pytest.mark.parametrize(("avoid", "seed"), [*(("plans", seed) for seed in range(6)), ("barriers", 0), ("barriers", 1)])
+def test_no_two_robots_meet_when_half_of_all_messages_are_lost(avoid: Literal["plans", "barriers"], seed: int) -> None:
     rng = np.random.default_rng(seed)
     names = [f"tb{number:02}" for number in range(10)]
     poses = scattered(rng, len(names)).tolist()
     starts = {name: PlanState(x_m=x, y_m=y, heading_rad=turn) for name, (x, y, turn) in zip(names, poses, strict=True)}
     goals = rng.uniform((0.3, 0.3), (4.7, 3.7), (len(names), 6, 2)).tolist()
-    hub = PlanHub(OPEN, GoalLists(dict(zip(names, goals, strict=True))), starts, 0.0, SETTINGS)
+    hub = PlanHub(OPEN, GoalLists(dict(zip(names, goals, strict=True))), starts, 0.0, replace(SETTINGS, avoid=avoid))
     robots, letters, driven_m = Robots(starts), list[tuple[int, str, Any]](), 0.0
     before = None
     for tick in range(0, 3000, 5):
@@ -78,9 +80,10 @@ def test_no_two_robots_meet_when_half_of_all_messages_are_lost(seed: int) -> Non
     assert hub.nearest_m >= LIMITS.apart_m - ROUNDING_M
 
 
-def test_proposals_keep_clear_of_both_plans_of_others() -> None:
+@pytest.mark.parametrize("kind", [CommittedPlans, BarrierPlans])
+def test_proposals_keep_clear_of_both_plans_of_others(kind: type[CommittedPlans]) -> None:
     rng = np.random.default_rng(5)
-    team = CommittedPlans(scattered(rng, 12), ROOM, LOSSY, certain=False)
+    team = kind(scattered(rng, 12), ROOM, LOSSY, certain=False)
     offers = 0
     for _ in range(60):
         team.choose_by(at_nearest(team.places), rng.permutation(12).tolist())
@@ -112,6 +115,10 @@ def test_a_robot_follows_a_plan_that_continues_its_own_and_comes_in_time() -> No
     assert (keeper.adopted, keeper.decided) == (3, 5)
     assert keeper.receive(plan_message(6, 3, branch_s=9.0), 101)
     assert (keeper.adopted, keeper.decided) == (6, 6)
+    assert not keeper.over(99)
+    assert keeper.over(100)  # ten samples of 0.05 s from 0.5 s on
+    assert keeper.receive(plan_message(7, 6, branch_s=9.0), 101, halts=True)  # it is to stand
+    assert (keeper.adopted, keeper.decided) == (6, 7)
 
 
 @pytest.mark.parametrize(
@@ -125,7 +132,8 @@ def test_a_robot_passes_over_what_is_no_plan(plan: list[float]) -> None:
     assert (keeper.adopted, keeper.decided, len(keeper.plan)) == (0, 0, 0)
 
 
-def test_a_robot_off_its_plan_is_named() -> None:
+def certain_pair() -> tuple[PlanHub, Robots]:
+    """Two robots that follow the plans that they were sent for certain, 0.4 s ago."""
     starts = {"a": PlanState(x_m=0.5, y_m=0.5), "b": PlanState(x_m=0.5, y_m=3.0)}
     certain = PlanSettings(LIMITS, lag_s=0.0, margin_m=0.02, certain=True, avoid="plans")
     hub = PlanHub(ROOM, GoalLists({"a": [(1.5, 0.5)], "b": [(1.5, 3.0)]}), starts, 0.0, certain)
@@ -133,9 +141,45 @@ def test_a_robot_off_its_plan_is_named() -> None:
     robots = Robots(starts)
     for name, message in hub.guidance().items():
         robots.keepers[name].receive(message, 0)
+    return hub, robots
+
+
+def test_a_robot_that_is_not_heard_keeps_the_plan_that_it_follows_for_certain() -> None:
+    hub, robots = certain_pair()
+    hub.receive("a", robots.states(40)["a"], 0.4)
+    before = hub.guidance()
+    hub.update(0.4)
+    assert {name for name, each in hub.guidance().items() if each.number > before[name].number} == {"a"}
+    hub.receive("b", robots.states(40)["b"], 0.7)
+    hub.receive("b", robots.states(80)["b"], 0.8)
+    hub.update(0.8)
+    assert hub.guidance()["b"].plan_base == before["b"].number
+
+
+def test_a_robot_that_has_missed_a_plan_is_named() -> None:
+    hub, robots = certain_pair()
+    robots.keepers["b"] = PlanKeeper()
+    for name, state in robots.states(40).items():
+        hub.receive(name, state, 0.4)
+    with pytest.raises(OffPlan, match=r"robot b has missed its plan, and follows an older one"):
+        hub.update(0.4)
+
+
+def test_a_robot_off_its_plan_is_named() -> None:
+    hub, robots = certain_pair()
     states = robots.states(40)
     hub.receive("a", states["a"], 0.4)
     hub.receive("b", states["b"].model_copy(update={"y_m": 3.03}), 0.4)
     with pytest.raises(OffPlan, match=r"robot b is 0\.030 m off its plan"):
         hub.update(0.4)
     assert hub.outside_m["a"] < 1e-3
+
+
+def test_a_robot_that_refuses_its_plan_is_named_where_every_plan_counts_as_followed() -> None:
+    certain = PlanSettings(LIMITS, lag_s=0.0, margin_m=0.02, certain=True, avoid="plans")
+    hub = PlanHub(ROOM, GoalLists({"a": [(1.5, 0.5)]}), {"a": PlanState(x_m=0.5, y_m=0.5)}, 0.0, certain)
+    hub.update(0.0)
+    number = hub.guidance()["a"].number
+    hub.receive("a", PlanState(stamp_s=0.4, x_m=0.5, y_m=0.5, decided=number), 0.4)
+    with pytest.raises(OffPlan, match="robot a has refused its plan"):
+        hub.update(0.4)

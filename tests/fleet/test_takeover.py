@@ -18,10 +18,10 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import PlanState
-from touchline.schemas.messages.team_messages import TeamCell, TeamCells
+from touchline.schemas.messages.team_messages import TeamCell
 from touchline.schemas.team import GoalsTask, SwapTask
 from touchline.services.coordinator.succession import Replaced, Succession
-from touchline.services.coordinator.take_over import remaining_task
+from touchline.services.coordinator.team_memory import remaining_task
 
 NAMES = [f"tb{number:02}" for number in range(10)]
 
@@ -127,7 +127,7 @@ def test_without_the_fence_former_coordinators_lead_robots_into_others() -> None
 
 
 def test_what_is_left_of_a_task_is_what_its_coordinator_published_last() -> None:
-    cells = TeamCells(cells=(TeamCell(name="a", goal_x_m=2.0, goal_y_m=3.0), TeamCell(name="b", goal_x_m=1.0)))
+    cells = [TeamCell(name="a", goal_x_m=2.0, goal_y_m=3.0), TeamCell(name="b", goal_x_m=1.0)]
     given = GoalsTask(kind="goals", goals={"a": ((1.0, 1.0), (2.0, 3.0), (4.0, 4.0))})
     assert remaining_task(given, cells).model_dump()["goals"] == {
         "a": ((2.0, 3.0), (4.0, 4.0)),
@@ -137,7 +137,7 @@ def test_what_is_left_of_a_task_is_what_its_coordinator_published_last() -> None
         "a": ((2.0, 3.0),),
         "b": ((1.0, 0.0),),
     }
-    assert remaining_task(SwapTask(kind="swap"), TeamCells()).kind == "swap"
+    assert remaining_task(SwapTask(kind="swap"), []).kind == "swap"
 
 
 def test_a_coordinator_whose_robot_obeys_another_ends(bus_config: BusConfig) -> None:

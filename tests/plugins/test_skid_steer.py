@@ -27,6 +27,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.sensors.suite import Sensors
+from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.world import World
 
 pytestmark = pytest.mark.xdist_group("skid-steer")  # its kernels are compiled once
@@ -56,6 +57,13 @@ def test_its_commands_and_its_twist_are_inverse() -> None:
         assert onboard_drive.gain(figures, wheel, now) == pytest.approx(tuple(difference))
 
 
+def test_there_is_a_place_for_each_wheel() -> None:
+    world, sensors = World(crawler(), QUIET), Sensors(crawler(), QUIET)
+    frame = sensors.frame(0, 0, world.state, Effects.sized(len(WHEELS))())
+    assert len(frame.encoders) == len(world.state.angles_rad) == len(world.drive.rate_radps) == len(WHEELS)
+
+
+@pytest.mark.full  # world and sensors take 12 s to compile for four actuators
 def test_each_wheel_has_its_encoder() -> None:
     vehicle = crawler()
     world, sensors = World(vehicle, QUIET), Sensors(vehicle, QUIET)

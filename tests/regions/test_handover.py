@@ -18,6 +18,7 @@ from tests.regions.two_regions import (
 from touchline.coordination.plans.plan_kernels import PlanLimits
 from touchline.coordination.regions.region import Region
 from touchline.coordination.regions.region_borders import RegionBorders, halo_m, reach_m
+from touchline.coordination.regions.region_codec import decode_bundle, encode_bundle
 from touchline.coordination.regions.region_messages import (
     ClaimsAnswer,
     Letter,
@@ -168,3 +169,19 @@ def test_borders_and_halos() -> None:
     assert borders.near(9.5, 9.5) == {0, 1, 2, 3}
     assert borders.near(9.0, 8.9) == {0, 1, 2}
     assert borders.neighbours(0) == {1, 2, 3}
+
+
+def test_messages_are_the_same_after_their_way_over_the_bus() -> None:
+    new, old = (TimedPlan(np.arange(10.0).reshape(-1, COLUMNS) + k, 0.4 * k, 0.4 * k + 0.3) for k in range(2))
+    claims = RobotClaims("a", 3, 7, {4: old, 5: new})
+    state = OwnedState("a", 1.5, RegionLife(1, 2), 3, 4, 5, old)
+    sent = [Letter(RegionLife(0, 1), 1, claims), (state, 2.0, None), PlanOrder("a", RegionLife(1, 2), 3, 5, 4, new)]
+    letter, (again, x_m, nothing), order = decode_bundle(encode_bundle(sent))
+    assert (letter.sender, letter.to, letter.message[:3]) == (RegionLife(0, 1), 1, ("a", 3, 7))
+    assert isinstance(letter.message, RobotClaims)
+    assert (again[:6], x_m, nothing, order[:5]) == (state[:6], 2.0, None, sent[2][:5])
+    for mine, theirs in ((old, letter.message.plans[4]), (new, letter.message.plans[5]), (old, again.plan)):
+        assert (theirs.samples == mine.samples).all()
+        assert (theirs.start_s, theirs.branch_s) == (mine.start_s, mine.branch_s)
+    assert order.plan is letter.message.plans[5]
+    assert decode_bundle(encode_bundle([])) == []

@@ -47,6 +47,7 @@ STOPS = [
 ]
 HARMLESS = {
     "camera-outage": {},
+    "camera-swapped": {},
     "magnetic-disturbance": {"east_t": 1e-5},
     "steering-offset": {},
     "disc-stuck": {"position": "up"},

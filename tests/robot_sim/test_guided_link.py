@@ -91,6 +91,21 @@ def test_a_stranger_is_told_of_while_sim_time_waits_for_the_coordinator(
         team.until(lambda: team.events("stranger"), {})
 
 
+def test_a_coordinator_that_goes_on_is_waited_for_again(
+    team: Team, bus_config: BusConfig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    link = team.robot._guided
+    with Bus.open(topics.COORDINATOR, bus_config) as ours:
+        assert team.joins(ours.session_id, lockstep_s=0.4).success
+        turn_until(team.robot, lambda: link.held(time.monotonic()))
+        monkeypatch.setattr("touchline.services.robot_sim.guided_link.PATIENCE_S", 0.0)
+        assert not link.held(time.monotonic() + 1.0)
+        monkeypatch.undo()
+        assert not link.held(time.monotonic())
+        link._note_answer(link._answered_tick + 1)  # for a time that it has passed
+        assert link.held(time.monotonic())
+
+
 def test_it_stops_and_tells_when_its_coordinator_has_gone(team: Team, bus_config: BusConfig) -> None:
     with Bus.open(topics.COORDINATOR, bus_config) as first:
         assert team.joins(first.session_id).success

@@ -14,9 +14,9 @@ from touchline.bus import Bus, BusConfig
 from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
-from touchline.schemas.messages import Event, GetPaintRequest, PaintMarks, String
+from touchline.schemas.messages import Event, GetPaintRequest, PaintMarks, String, TraversalStatus
 from touchline.services.robot_sim import outbox as module
-from touchline.services.robot_sim.outbox import Outbox
+from touchline.services.robot_sim.outbox import Outbox, RobotOutlet
 
 DEAF = """
 import time, zenoh
@@ -96,6 +96,44 @@ def test_a_frozen_sender_holds_up_nobody_and_loses_nothing(outbox, observer):
     texts = heard(outbox, inbox, lambda texts: len(texts) == 60)
     assert texts == [str(number) for number in range(60)]
     assert inbox.lost == outbox.dropped - dropped == 0
+
+
+def states(inbox):
+    return [message.state for _, message in inbox.messages()]
+
+
+def test_a_change_of_state_overtakes_telemetry_that_is_held_up(outbox, observer, outbox_config, monkeypatch):
+    """And whoever takes every message, as a recorder, has them in order."""
+    monkeypatch.setattr("touchline.bus.prompt._FORGOTTEN_S", 1000.0)
+    running, stopped = TraversalStatus.RUNNING, TraversalStatus.ESTOPPED
+    latest, every = observer.inbox([topics.STATUS], keep="recent"), observer.inbox([topics.STATUS])
+    with Bus.open(topics.ROBOT_SIM, outbox_config) as bus:
+        outlet = RobotOutlet(outbox, bus)
+        meet(outbox, observer.inbox([topics.EVENTS]))
+        os.kill(outbox.pid, signal.SIGSTOP)
+        sent, heard_first, deadline = 0, [], time.monotonic() + 60.0
+        while not heard_first or heard_first[-1] != stopped:
+            assert time.monotonic() < deadline, "it is held up, too"
+            for state in (running, stopped):
+                outlet.send([(topics.STATUS, encode(TraversalStatus(state=state)))])
+            sent += 2
+            time.sleep(0.01)
+            heard_first += states(latest)
+        assert not every.drain()
+        os.kill(outbox.pid, signal.SIGCONT)
+        heard_in_order = []
+        while len(heard_in_order) < sent:
+            assert time.monotonic() < deadline, f"only {heard_in_order}"
+            outlet.turn()
+            heard_in_order += states(every)
+        assert heard_in_order == [running, stopped] * (sent // 2)
+        assert states(latest) == []
+        outlet.send([(topics.STATUS, encode(TraversalStatus(state=stopped)))])
+        while not (heard := states(latest)):
+            assert time.monotonic() < deadline, "no further status"
+            outlet.turn()
+        assert heard == [stopped]
+    assert every.lost == latest.lost == 0
 
 
 def test_what_there_is_no_room_for_is_counted_and_shows_as_a_gap(outbox, observer, monkeypatch):

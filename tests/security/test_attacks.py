@@ -14,6 +14,7 @@ from tests.security.secured_system import ROBOTS, SecuredSystem, secured_system
 from touchline.bus import Bus
 from touchline.bus.access_control import nodes_of
 from touchline.bus.caller import asked_key, served_key
+from touchline.bus.prompt import prompt_key
 from touchline.bus.secured_check import can_join
 from touchline.bus.secured_settings import doors, secured_at_door, secured_client
 from touchline.schemas import messages as m
@@ -66,6 +67,7 @@ def test_each_topic_is_heard_from_those_who_may_publish_it_and_from_nobody_else(
     with system.session(Role.OBSERVER) as listener:
         listener.declare_subscriber(f"{VICTIM}/**", note)
         listener.declare_subscriber(f"{VICTIM}/**/@adv/**", note)
+        listener.declare_subscriber(prompt_key(f"{VICTIM}/**"), note)
         time.sleep(SETTLED_S)
         publish_everything(sessions)
         time.sleep(SETTLED_S)
@@ -74,12 +76,15 @@ def test_each_topic_is_heard_from_those_who_may_publish_it_and_from_nobody_else(
         assert ((f"{VICTIM}/{topic.name}", said) in heard) == may, f"{who} on {topic.name}"
         kept = (f"{VICTIM}/{topic.name}/{HISTORY}", said) in heard
         assert kept == (may and topic.latched), f"{who} as history of {topic.name}"
+        prompt = (prompt_key(f"{VICTIM}/{topic.name}"), said) in heard
+        assert prompt == (may and topic.prompt), f"{who} as prompt copy of {topic.name}"
 
 
 def publish_everything(sessions: dict[Role | str, zenoh.Session]) -> None:
     for (who, session), topic in product(sessions.items(), topics.TOPICS):
         session.put(f"{VICTIM}/{topic.name}", f"from {who}".encode())
         session.put(f"{VICTIM}/{topic.name}/{HISTORY}", f"from {who}".encode())
+        session.put(prompt_key(f"{VICTIM}/{topic.name}"), f"from {who}".encode())
 
 
 def test_nobody_answers_in_the_name_of_a_service(system, sessions):

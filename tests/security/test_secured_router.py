@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from touchline.bus import Bus, BusConfig
+from touchline.bus import Bus, BusConfig, secured_router
 from touchline.bus.ports import free_port
 from touchline.bus.presence import Presence, PresenceChange
+from touchline.bus.secured_router import SecuredRouter
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import TraversalStatus
@@ -133,3 +134,26 @@ def test_an_access_list_that_is_damaged_changes_nothing(keys, router):
     path.write_text(path.read_text().replace("operator.anna", "operator.eve"))
     assert until(lambda: "is damaged, forged, or of another authority" in router.read_text())
     assert admitted(anna)
+
+
+def test_a_router_whose_port_is_taken_meanwhile_waits_for_it(keys, monkeypatch, tmp_path):
+    """Its links are closed for the change; another program may be quicker."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    router, taken = SecuredRouter(config(keys, "router.main"), alone=False), [True]
+
+    def listen(*arguments):
+        if taken:
+            taken.pop()
+            raise TouchlineError("the router cannot listen")
+        return real(*arguments)
+
+    real = secured_router.listen
+    monkeypatch.setattr(secured_router, "listen", listen)
+    try:
+        keys.revoke(keys.named("operator.anna"))
+        router.poll()
+        assert router._session is None
+        router.poll()
+        assert router._session is not None
+    finally:
+        router.close()

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.system.namespaces import Namespaces
 from touchline.schemas.roles import Role
 from touchline.security.authority import CertificateAuthority
 
@@ -46,12 +47,12 @@ class Machines:
     def __init__(self, stack: ExitStack, folder: Path) -> None:
         self.folder = folder
         self._stack = stack
-        self._holders = {name: self._hold() for name in ("switch", *MACHINES)}
-        self._ip("switch", "link add br0 type bridge", "link set br0 up")
+        self._spaces = Namespaces(stack, ("switch", *MACHINES))
+        self._spaces.ip("switch", "link add br0 type bridge", "link set br0 up")
         for number, name in enumerate(MACHINES, FIRST):
-            self._ip("switch", f"link add {name} type veth peer name eth0 netns {self._holders[name]}")
-            self._ip("switch", f"link set {name} master br0 up")
-            self._ip(name, "link set lo up", f"addr add {NET}.{number}/24 dev eth0", "link set eth0 up")
+            self._spaces.ip("switch", f"link add {name} type veth peer name eth0 netns {self._spaces.holders[name]}")
+            self._spaces.ip("switch", f"link set {name} master br0 up")
+            self._spaces.ip(name, "link set lo up", f"addr add {NET}.{number}/24 dev eth0", "link set eth0 up")
 
         self._issue()
 
@@ -64,27 +65,9 @@ class Machines:
             host = f"{NET}.{FIRST + MACHINES.index(name)}"
             authority.issue([authority.new_member(Role.ROBOT, name, [host])])
 
-    def _hold(self) -> int:
-        """Process that holds a namespace, which vanishes with it."""
-        holder = subprocess.Popen(["unshare", "--net", "sh", "-c", "echo; exec sleep 3600"], stdout=subprocess.PIPE)
-        self._stack.callback(holder.wait)
-        self._stack.callback(holder.kill)
-        assert holder.stdout is not None
-        with holder.stdout:
-            if not holder.stdout.readline():
-                pytest.skip("network namespaces cannot be made here")
-        return holder.pid
-
-    def _ip(self, machine: str, *lines: str) -> None:
-        subprocess.run([*self.on(machine), "ip", "-batch", "-"], input="\n".join(lines), text=True, check=True)
-
-    def on(self, machine: str) -> list[str]:
-        """Beginning of a command that runs on a machine."""
-        return ["nsenter", f"--net=/proc/{self._holders[machine]}/ns/net", "--"]
-
     def cable(self, machine: str, state: str) -> None:
         """Connect a machine (`up`), or cut it off (`down`)."""
-        self._ip("switch", f"link set {machine} {state}")
+        self._spaces.ip("switch", f"link set {machine} {state}")
 
     def start(self, unit: str, machine: str) -> "Service":
         """Start a unit; with an `@` as the instance of this name."""
@@ -103,7 +86,7 @@ class Machines:
         ready.bind(str(self.folder / machine / "notify"))
         with (self.folder / f"{machine}.journal").open("wb") as output:
             process = subprocess.Popen(
-                [*self.on(machine), *shlex.split(command.replace(INSTALLED, HERE))],
+                [*self._spaces.on(machine), *shlex.split(command.replace(INSTALLED, HERE))],
                 env={**self.environment(), **environment, "NOTIFY_SOCKET": ready.getsockname()},
                 cwd=self.folder,
                 stdin=subprocess.DEVNULL,
@@ -121,7 +104,7 @@ class Machines:
     def operator(self, *arguments: str) -> "subprocess.Popen[str]":
         """Start a command on the operator's machine."""
         process = subprocess.Popen(
-            [*self.on("operator"), HERE, *arguments],
+            [*self._spaces.on("operator"), HERE, *arguments],
             env={**self.environment(), "TOUCHLINE_IDENTITY": "operator.anna"},
             cwd=self.folder,
             stdin=subprocess.DEVNULL,
@@ -167,8 +150,6 @@ class Service:
 
 @pytest.fixture
 def machines(tmp_path: Path) -> Iterator[Machines]:
-    if os.geteuid() != 0 or not all(map(shutil.which, ("ip", "unshare", "nsenter"))):
-        pytest.skip("only root can make network namespaces, by ip, unshare and nsenter")
     with ExitStack() as stack:
         yield Machines(stack, tmp_path)
 

@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from touchline.coordination.dispatch.dispatch_figures import dispatch_figures, why_not_dispatched
+from touchline.coordination.dispatch.dispatch_memory import DispatchMemory
 from touchline.coordination.dispatch.dispatcher import TaskDispatcher
 from touchline.coordination.dispatch.distance_table import DistanceTable
 from touchline.coordination.dispatch.insertion_kernels import (
@@ -25,6 +26,7 @@ from touchline.coordination.dispatch.insertion_kernels import (
 )
 from touchline.coordination.dispatch.queue_messages import follow_order
 from touchline.coordination.dispatch.route_planning import RobotFigures
+from touchline.coordination.dispatch.task_records import ENDED
 from touchline.coordination.dispatch.task_routes import TaskRoutes, route_times
 from touchline.coordination.start_poses import free_area
 from touchline.jobs.team.team_figures import team_figures
@@ -150,9 +152,9 @@ class Points:
     """Robots that drive straight to where they are told, at 0.4 m/s, and charge at docks within a minute."""
 
     def __init__(self, spec: Mapping[str, Any], homes: Mapping[str, complex]) -> None:
-        task = parse(DispatchTask, json.dumps(spec), "requests.json")
-        area = free_area(TeamScenario.model_validate({"area": AREA, "robots": len(homes)}))
-        self.dispatcher = TaskDispatcher(task, area, homes, FIGURES, 0.2)
+        self.spec = task = parse(DispatchTask, json.dumps(spec), "requests.json")
+        self.area = free_area(TeamScenario.model_validate({"area": AREA, "robots": len(homes)}))
+        self.dispatcher = TaskDispatcher(task, self.area, homes, FIGURES, 0.2)
         self.places, self.silent, self.fixed, self.now_s = dict(homes), set[str](), set[str](), 0.0
         self.charges = {name: task.charges.get(name, 1.0) for name in homes}
         self.docked: list[set[str]] = []
@@ -177,6 +179,26 @@ class Points:
 
 def delivery(name: str, **fields: Any) -> dict[str, Any]:
     return {"id": name, "category": "delivery", "pickup": (2, 2), "dropoff": (6, 6), **fields}
+
+
+def test_dispatchers_that_follow_each_other_do_every_task_once() -> None:
+    homes = {"a": 0.5 + 0.5j, "b": 7.5 + 7.5j}
+    spec = {"requests": [delivery(name) for name in "defg"], "docks": DOCK, "charges": {"b": 0.15}, "recharge_soc": 0.6}
+    one, other = (Points(spec, homes).run(1.0) for _ in range(2))
+    ended: dict[str, float] = {}
+    under_way = 0
+    for until_s in (3.0, 9.0, 14.0, 22.0, 60.0, 400.0):
+        one.run(until_s - one.now_s)
+        other.run(until_s - other.now_s)
+        now = {each.id: each.finished_s for each in other.dispatcher.records if each.state in ENDED}
+        assert ended.items() <= now.items()
+        ended = now
+        under_way += sum(robot.job is not None for robot in other.dispatcher.robots.values())
+        memory = parse(DispatchMemory, other.dispatcher.memory(0.0).model_dump_json(), "memory")
+        other.dispatcher = TaskDispatcher(other.spec, other.area, other.places, FIGURES, 0.2)
+        other.dispatcher.restore(memory)
+    assert under_way > 5
+    assert ended == pytest.approx({each.id: each.finished_s for each in one.dispatcher.records}, abs=2.0)
 
 
 def test_a_delivery_goes_through_its_states_and_is_timed() -> None:

@@ -9,10 +9,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from touchline.coordination.algorithms.answers import WrongAnswer, checked_message, checked_wish
+from touchline.coordination.algorithms.answers import WrongAnswer, checked_message
 from touchline.coordination.algorithms.peer_radio import PeerRadio
 from touchline.coordination.free_area import FreeArea
 from touchline.jobs.team.team_figures import team_figures
@@ -203,36 +201,6 @@ def test_a_wish_for_more_than_the_largest_speed_is_granted_up_to_that(offer: Any
     assert run.trace.driven_m[0] < 0.5 * 6.1
     assert figures["algorithm"]["wrong_answers"]["a"]["too-fast"] >= 15
     assert figures["algorithm"]["held"] == []
-
-
-ANYTHING = st.recursive(
-    st.none() | st.booleans() | st.floats() | st.text(max_size=3) | st.binary(max_size=3) | st.integers(),
-    lambda inner: (
-        st.lists(inner, max_size=3)
-        | st.tuples(inner, inner)
-        | st.builds(VelocityWish, inner, inner)
-        | st.builds(GoalWish, inner, inner)
-        | st.builds(PathWish, inner)
-    ),
-)
-
-
-@given(ANYTHING)
-@settings(max_examples=1000)
-def test_any_answer_is_a_wish_that_can_be_followed_or_a_wrong_one(answer: Any) -> None:
-    try:
-        wish, _ = checked_wish(answer, 0.5)
-    except WrongAnswer:
-        pass
-    else:
-        assert isinstance(wish, VelocityWish | GoalWish | PathWish | TwistWish | Hold)
-        if isinstance(wish, VelocityWish):
-            assert math.hypot(wish.x_mps, wish.y_mps) <= 0.5 * (1.0 + 1e-9)
-    if isinstance(answer, bytes) or answer is None:
-        assert checked_message(answer) == answer
-    else:
-        with pytest.raises(WrongAnswer):
-            checked_message(answer)
 
 
 def test_robots_hear_those_within_range_and_how_old_it_is(offer: Any) -> None:

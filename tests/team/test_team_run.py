@@ -114,9 +114,22 @@ def test_plans_keep_robots_apart_when_half_of_all_messages_are_lost_and_late() -
     assert run.guide.believed.nearest_m >= 2.0 * run.team.radius_m - 1e-9
 
 
-def test_plans_refuse_robots_that_fail() -> None:
+def test_plans_refuse_robots_that_cannot_follow_them() -> None:
     with pytest.raises(ValidationError, match="not supported by plans"):
         driven(robots=2, avoid="plans", frozen={"tb1": [{"start_s": 5.0}]})
+    with pytest.raises(ValidationError, match="the fault bumper is not supported by plans"):
+        driven(robots=2, avoid="plans", faults={"tb1": [{"kind": "bumper"}]})
+
+
+@pytest.mark.parametrize("avoid", ["plans", "barriers"])
+def test_a_robot_that_is_to_stand_comes_to_rest_at_the_end_of_its_plan(avoid: str) -> None:
+    blind = {"tb1": [{"kind": "camera-outage", "start_s": 4.0}], "tb3": [{"kind": "battery-low", "start_s": 5.0}]}
+    run, figures = driven(robots=5, task={"kind": "swap"}, world=world(2), avoid=avoid, faults=blind, duration_s=16.0)
+    assert figures["contacts"] == 0
+    assert "tb3" in figures["stopped"]
+    assert run.guide.problem == ""
+    assert run.guide.believed.nearest_m >= 2.0 * run.team.radius_m - 1e-9
+    assert run.guide.believed.outside_m <= 0.02
 
 
 def world(seed: int) -> dict[str, Any]:

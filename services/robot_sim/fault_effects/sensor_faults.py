@@ -14,6 +14,13 @@ def camera_outage(_fault: f.CameraOutage, effects: Effects, _acting: Acting) -> 
     effects.camera_out = True
 
 
+def camera_swapped(fault: f.CameraSwapped, effects: Effects, _acting: Acting) -> None:
+    """Tell poses of another robot; see `ApplyFault`."""
+    effects.camera_east_m += fault.east_m
+    effects.camera_north_m += fault.north_m
+    effects.camera_rad += fault.turn_rad
+
+
 def lidar_blind(_fault: f.LidarBlind, effects: Effects, _acting: Acting) -> None:
     """Take all returns; see `ApplyFault`."""
     effects.lidar_blind = True

@@ -1,4 +1,4 @@
-"""Emulated overhead camera: poses of the whole robot, with white noise, and pictures in which it is not found."""
+"""Emulated overhead cameras: poses of the whole robot, with white noise, and pictures in which it is not found."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.angles import wrapped
+from touchline.core.arcs import unit
 from touchline.core.jit import kernel
 from touchline.core.random import STREAM_CAMERA, normal, uniform
 from touchline.core.records import Record
@@ -17,6 +18,12 @@ from touchline.onboard.interface import TICKS_PER_S, CameraSample
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
 from touchline.services.robot_sim.sensors import position_report as r
+from touchline.services.robot_sim.sensors.camera_views import (
+    NO_CAMERA,
+    CameraViews,
+    camera_that_sees,
+    noise_factor,
+)
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.transport import usual_arrival
 from touchline.services.robot_sim.world import effects as e
@@ -73,12 +80,13 @@ def due(tick: int, camera: Sequence[CameraState]) -> bool:
 
 
 @kernel
-def measure(moment: Moment, camera: Sequence[CameraState]) -> bool:
+def measure(moment: Moment, camera: Sequence[CameraState], views: CameraViews) -> bool:
     """Find the robot in the picture that is taken now: its pose with white noise, the same along every axis.
 
     Args:
         moment: End of the tick in which the picture is taken.
         camera: (1,) state; `report` is filled in.
+        views: Several cameras, or none, if one sees all the ground.
 
     Returns:
         Whether the robot is found.
@@ -86,12 +94,24 @@ def measure(moment: Moment, camera: Sequence[CameraState]) -> bool:
     seed, tick, state, f = moment.seed, moment.tick, moment.state[0], camera[0].figures
     if moment.effects[0].camera_out or uniform(seed, STREAM_CAMERA, tick, _MISSED) < f.dropout_share:
         return False
+    east, north, heading, noise = state.east_m, state.north_m, state.heading_rad, 1.0
+    if len(views.cameras.places) > 0:
+        number = camera_that_sees(views, east, north, tick)
+        if number == NO_CAMERA:
+            return False
+        one = views.cameras.places[number]
+        noise = noise_factor(one, east, north)
+        off = complex(east - one.x_m, north - one.y_m) * unit(one.off_rad)
+        east, north = one.x_m + off.real + one.off_x_m, one.y_m + off.imag + one.off_y_m
+        heading += one.off_rad
+    effects = moment.effects[0]
+    east, north, heading = east + effects.camera_east_m, north + effects.camera_north_m, heading + effects.camera_rad
     report = camera[0].report
     report[:] = math.nan
     report[r.TICK], report[r.STAMP_S] = tick, tick / TICKS_PER_S
-    report[r.EAST] = state.east_m + f.white_m * normal(seed, STREAM_CAMERA, tick, _EAST)
-    report[r.NORTH] = state.north_m + f.white_m * normal(seed, STREAM_CAMERA, tick, _NORTH)
-    report[r.HEADING] = wrapped(state.heading_rad + f.white_rad * normal(seed, STREAM_CAMERA, tick, _HEADING))
+    report[r.EAST] = east + noise * f.white_m * normal(seed, STREAM_CAMERA, tick, _EAST)
+    report[r.NORTH] = north + noise * f.white_m * normal(seed, STREAM_CAMERA, tick, _NORTH)
+    report[r.HEADING] = wrapped(heading + noise * f.white_rad * normal(seed, STREAM_CAMERA, tick, _HEADING))
     report[r.VARIANCE] = max(f.white_m, LEAST_CLAIMED_M) ** 2
     report[r.HEADING_VARIANCE] = max(f.white_rad, LEAST_CLAIMED_RAD) ** 2
     report[r.FIX], report[r.SATELLITES], report[r.CORRECTION_AGE] = e.FIXED, 0.0, 0.0

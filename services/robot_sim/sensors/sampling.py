@@ -18,6 +18,7 @@ from touchline.services.robot_sim.sensors import (
     magnetometer_truth,
 )
 from touchline.services.robot_sim.sensors.camera_truth import CameraState
+from touchline.services.robot_sim.sensors.camera_views import CameraViews
 from touchline.services.robot_sim.sensors.encoder_truth import EncoderState
 from touchline.services.robot_sim.sensors.gnss_truth import GnssState
 from touchline.services.robot_sim.sensors.imu_truth import ImuState
@@ -46,6 +47,7 @@ class Sensing(NamedTuple):
     """Places of kind `SkyPlace`."""
     multipath: Zones
     """Places of kind `MultipathPlace`."""
+    views: CameraViews
 
 
 @kernel
@@ -71,7 +73,7 @@ def sense(moment: Moment, sensing: Sensing) -> int:
     if gnss_truth.due(tick, gnss):
         gnss_truth.measure(moment, gnss, sensing.sky, sensing.multipath)
         send(moment, _GNSS, gnss[0].report, gnss_truth.arrival_tick(moment, gnss), transport)
-    if camera_truth.due(tick, camera) and camera_truth.measure(moment, camera):
+    if camera_truth.due(tick, camera) and camera_truth.measure(moment, camera, sensing.views):
         send(moment, _CAMERA, camera[0].report, camera_truth.arrival_tick(moment, camera), transport)
     count: int = collect(transport, tick)
     return count

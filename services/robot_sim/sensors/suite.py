@@ -18,6 +18,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
 from touchline.services.robot_sim.sensors import camera_truth, gnss_truth
 from touchline.services.robot_sim.sensors.camera_truth import make_camera
+from touchline.services.robot_sim.sensors.camera_views import views_of
 from touchline.services.robot_sim.sensors.encoder_truth import make_encoders
 from touchline.services.robot_sim.sensors.gnss_truth import GnssReport, make_gnss, sky_of
 from touchline.services.robot_sim.sensors.imu_truth import make_imu
@@ -65,6 +66,7 @@ class Sensors:
             steel=steel_of(scenario),
             sky=sky_of(scenario),
             multipath=multipath_of(scenario),
+            views=views_of(scenario),
         )
 
     def read(self, tick: int, state: BodyState, effects: Effects | None = None) -> SensorFrame:

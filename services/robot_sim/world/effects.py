@@ -80,6 +80,10 @@ class Effects(Record):
 
     camera_out: bool
     """True if the overhead camera does not find the robot."""
+    camera_east_m: float
+    """Offset of the robot that it takes for this one, and the angle by which that is turned against it."""
+    camera_north_m: float
+    camera_rad: float
 
     gyro_bias_radps: float
     """Bias about z."""

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
 from touchline.bus.caller import asked_key, served_key
+from touchline.bus.prompt import prompt_key
 from touchline.schemas.roles import Role
 from touchline.schemas.topics import (
     ALL_SERVICES,
@@ -25,6 +26,7 @@ from touchline.security.access_list import Member
 
 _ANYWHERE: Final = "**"
 _LATCHED: Final = "**/@adv/**"
+_PROMPT: Final = prompt_key(_ANYWHERE)
 _TOKENS: Final = "@touchline/**"
 _ALL_MESSAGES: Final = (
     *("put", "delete", "query", "reply"),
@@ -100,14 +102,14 @@ def _ingress(name: str, messages: Sequence[str], keys: Sequence[str]) -> dict[st
 
 
 def _everything_out() -> dict[str, Any]:
-    rule = _ingress("out", _ALL_MESSAGES, [_ANYWHERE, _LATCHED, asked_key(_ANYWHERE, "*"), _TOKENS])
+    rule = _ingress("out", _ALL_MESSAGES, [_ANYWHERE, _LATCHED, _PROMPT, asked_key(_ANYWHERE, "*"), _TOKENS])
     return rule | {"flows": ["egress"]}
 
 
 def _hearing() -> list[dict[str, Any]]:
     return [
         _everything_out(),
-        _ingress("subscribe", ["declare_subscriber"], [_ANYWHERE, _LATCHED]),
+        _ingress("subscribe", ["declare_subscriber"], [_ANYWHERE, _LATCHED, _PROMPT]),
         _ingress("history", ["query", "liveliness_query", "declare_liveliness_subscriber"], [_LATCHED]),
         _watching(),
     ]
@@ -137,6 +139,7 @@ def _place(member: Member) -> str:
 def _publishing(member: Member) -> list[dict[str, Any]]:
     own = [topic for topic in TOPICS if member.role in topic.publishers]
     keys = [f"{_place(member)}/{topic.name}" for topic in own]
+    keys += [prompt_key(f"{_place(member)}/{topic.name}") for topic in own if topic.prompt]
     latched = [f"{_place(member)}/{topic.name}" for topic in own if topic.latched]
     rules = []
     if keys:

@@ -24,6 +24,7 @@ from touchline.bus.joining import join, join_at_door, leave
 from touchline.bus.last_sent import LastSent
 from touchline.bus.own_door import OwnDoor
 from touchline.bus.presence import Presence, token_prefix
+from touchline.bus.prompt import PromptPublisher
 from touchline.bus.publisher import Publisher
 from touchline.bus.replies import Replies
 from touchline.bus.roster import Roster
@@ -256,6 +257,10 @@ class Bus:
         publisher = Publisher(self._session, self.key(topic.name), topic, self.counters, publisher_id)
         self._declared.add(publisher)
         return publisher
+
+    def prompt_publisher(self, topic: Topic, publisher_id: bytes) -> PromptPublisher:
+        """Declare a publisher of prompt copies of what the publisher with this id sends, perhaps by another session."""
+        return PromptPublisher(self._session, self.key(topic.name), publisher_id)
 
     def begin_anew(self, publisher: Publisher, publisher_id: bytes) -> None:
         """Let a publisher of this bus continue as another one; see :meth:`Publisher.begin_anew`."""

@@ -3,6 +3,7 @@
 from typing import Any, Final
 
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES
+from touchline.schemas.topics import BRIDGE
 
 #: Time after which a peer that does not take a message is cut off, so that it holds up nobody else.
 PATIENCE_S: Final = 1.0
@@ -10,6 +11,9 @@ PATIENCE_S: Final = 1.0
 MAX_MESSAGE_BYTES: Final = MAX_PAYLOAD_BYTES + 65_536
 #: Time after which a silent link between a client and its router is given up: a robot on its own must stop soon.
 _LEASE_MS: Final = 2000
+#: The same of a recorder: if it hangs, the router must not close its link while telemetry waits there, which holds up
+#: all other links until `PATIENCE_S` is over.
+_RECORDER_LEASE_MS: Final = 10_000
 RETRY: Final = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 1.5}
 """Pauses between two attempts to listen or connect."""
 
@@ -32,12 +36,13 @@ def common_settings(patience_s: float) -> dict[str, Any]:
     }
 
 
-def client_settings(router: str, patience_s: float) -> dict[str, Any]:
+def client_settings(router: str, patience_s: float, node: str = "") -> dict[str, Any]:
     """Return the settings of a client of a router.
 
     Args:
         router: Endpoint of the router.
         patience_s: As for `common_settings`.
+        node: Name of the client's process.
     """
     return {
         **common_settings(patience_s),
@@ -46,7 +51,7 @@ def client_settings(router: str, patience_s: float) -> dict[str, Any]:
         "connect/exit_on_failure": False,
         "connect/timeout_ms": -1,
         "connect/retry": RETRY,
-        "transport/link/tx/lease": _LEASE_MS,
+        "transport/link/tx/lease": _RECORDER_LEASE_MS if node == BRIDGE else _LEASE_MS,
     }
 
 

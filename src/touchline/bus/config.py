@@ -164,10 +164,10 @@ class BusConfig:
             SpecError: The configuration file cannot be used.
         """
         if self.identity is not None:
-            return secured.secured_client(self.identity, self.endpoint, patience_s)
+            return secured.secured_client(self.identity, self.endpoint, patience_s, node)
         config = self._from_file()
         if json.loads(config.get_json("mode")) == "client":  # of a router, which may be on another machine
-            return _laid_over(config, client_settings(self.endpoint, patience_s))
+            return _laid_over(config, client_settings(self.endpoint, patience_s, node))
         self._refuse_tls_over_peers(config)
         return _laid_over(config, self._peer_settings(node, patience_s))
 

@@ -68,6 +68,11 @@ class SequenceGaps:
         self._behind[publisher] = sequence
         return -1
 
+    def is_ahead(self, publisher: bytes, sequence: int) -> bool:
+        """Return whether a message of this number may be still to come, as far as its publisher is known."""
+        last = self._last.get(publisher)
+        return last is None or 0 < sequence - last <= LARGEST_GAP
+
     def begin_again(self) -> None:
         """Expect repeats: what has arrived may arrive again by another path, up to the last of each publisher."""
         self._overlap = dict(self._last)

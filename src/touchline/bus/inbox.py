@@ -12,6 +12,7 @@ from zenoh import ext, handlers
 from touchline.bus import attachment
 from touchline.bus.counters import Counters, SequenceGaps
 from touchline.bus.last_sent import LastSent
+from touchline.bus.prompt import Overtaken, prompt_key
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
@@ -90,6 +91,8 @@ class Inbox:
             (topic, Wellformed(topic.type), SequenceGaps(), self._declare(session, topic)) for topic in topics
         ]
         self._key_sums = {topic.name: attachment.checksum_of_key(self._key(topic)) for topic in topics}
+        self._overtaken = {topic.name: Overtaken() for topic in topics if topic.prompt and keep != "all"}
+        self._copies = self._declare_copies(session)
         self._next: list[_Subscriber] = []
         self.lost = 0
         self._early: list[Sample] = []
@@ -109,6 +112,7 @@ class Inbox:
     def declare(self, session: zenoh.Session) -> None:
         """Let samples arrive by this session, too; they wait until :meth:`leave_former`."""
         self._next = [self._declare(session, topic) for topic, *_ in self._subscribers]
+        self._copies = self._declare_copies(session)
 
     def leave_former(self) -> None:
         """Take samples from the last session, once those of the former one are taken."""
@@ -128,19 +132,26 @@ class Inbox:
     def _declare(self, session: zenoh.Session, topic: Topic) -> "_Subscriber":
         key = self._key(topic)
         channel: handlers.FifoChannel[zenoh.Sample] | handlers.RingChannel[zenoh.Sample]
-        if self._keep == "all":
-            channel = handlers.FifoChannel(MOST_WAITING)
-        else:
-            channel = handlers.RingChannel(_RECENT if self._keep == "recent" else 1)
+        channel = handlers.FifoChannel(MOST_WAITING) if self._keep == "all" else self._ring()
         if not topic.latched:
             return session.declare_subscriber(key, channel)
         history = ext.HistoryConfig(max_samples=1, detect_late_publishers=True)
         return ext.declare_advanced_subscriber(session, key, channel, history=history)
 
+    def _declare_copies(self, session: zenoh.Session) -> "dict[str, _Subscriber]":
+        return {
+            name: session.declare_subscriber(prompt_key(f"{self.namespace}/{name}"), self._ring())
+            for name in self._overtaken
+        }
+
+    def _ring(self) -> "handlers.RingChannel[zenoh.Sample]":
+        return handlers.RingChannel(_RECENT if self._keep == "recent" else 1)
+
     def drain(self, most: Mapping[str, int] | None = None) -> list[Sample]:
         """Return every waiting sample, in order of arrival within a topic, at most `most` of it by its name.
 
-        Without that limit a fast sender could keep it from ending.
+        Without that limit a fast sender could keep it from ending. Copies that have overtaken their messages come last,
+        and the messages do not come any more.
         """
         samples, self._early = self._early, []
         self.cut.clear()
@@ -154,7 +165,22 @@ class Inbox:
                     samples.append(sample)
             else:
                 self.cut.add(topic.name)
+            if topic.name in self._copies:
+                samples += self._copies_of(topic, form, gaps)
         return samples
+
+    def _copies_of(self, topic: Topic, form: Wellformed, gaps: SequenceGaps) -> Iterator[Sample]:
+        """Yield the waiting prompt copies of messages that have not come yet."""
+        for _ in range(_RECENT):
+            if (raw := self._copies[topic.name].try_recv()) is None:
+                return
+            payload, numbered = self._checked(topic, form, raw)
+            if payload is None or numbered is None:
+                continue
+            publisher, sequence = numbered.publisher, numbered.sequence
+            if gaps.is_ahead(publisher, sequence) and not self._overtaken[topic.name].holds(publisher, sequence):
+                self._overtaken[topic.name].note(publisher, sequence)
+                yield Sample(topic, payload, *numbered, 0, self.namespace)
 
     def take_report(self, sent: LastSent) -> int:
         """Take a publisher's report of its last message, when all that has arrived of it was drained.
@@ -188,16 +214,9 @@ class Inbox:
         return samples
 
     def _accept(self, topic: Topic, form: Wellformed, gaps: SequenceGaps, raw: zenoh.Sample) -> Sample | None:
-        attached = raw.attachment.to_bytes() if raw.attachment is not None else b""
-        numbered = attachment.unpack(attached)
-        payload = b""
-        if numbered is None or not self._looked_lately(topic, numbered.publisher):
-            payload = raw.payload.to_bytes()
-            intact = attachment.is_intact(attached, self._key_sums[topic.name], payload)
-            if problem := form.problem(payload) if intact else "damaged on the way":
-                self.rejected[topic.name] = self.rejected.get(topic.name, 0) + 1
-                self._counters.reject(f"{topic.name}: {problem}")
-                return None
+        payload, numbered = self._checked(topic, form, raw)
+        if payload is None:
+            return None
         self._counters.received += 1
         if numbered is None:
             return Sample(topic, payload, 0, 0, b"", 0, self.namespace)
@@ -205,7 +224,25 @@ class Inbox:
         if missed < 0:
             return None
         self._count_lost(missed)
+        if topic.name in self._overtaken and self._overtaken[topic.name].holds(numbered.publisher, numbered.sequence):
+            return None
         return Sample(topic, payload, *numbered, missed, self.namespace)
+
+    def _checked(
+        self, topic: Topic, form: Wellformed, raw: zenoh.Sample
+    ) -> tuple[bytes | None, attachment.Attachment | None]:
+        """Return payload and numbers of a sample; no payload if it cannot be used, an empty one if it only skims."""
+        attached = raw.attachment.to_bytes() if raw.attachment is not None else b""
+        numbered = attachment.unpack(attached)
+        if numbered is not None and self._looked_lately(topic, numbered.publisher):
+            return b"", numbered
+        payload = raw.payload.to_bytes()
+        intact = attachment.is_intact(attached, self._key_sums[topic.name], payload)
+        if problem := form.problem(payload) if intact else "damaged on the way":
+            self.rejected[topic.name] = self.rejected.get(topic.name, 0) + 1
+            self._counters.reject(f"{topic.name}: {problem}")
+            return None, numbered
+        return payload, numbered
 
     def _looked_lately(self, topic: Topic, publisher: bytes) -> bool:
         """Return whether a sample of this publisher need not be looked into; if so, the next one may be due."""

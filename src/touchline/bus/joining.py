@@ -1,6 +1,7 @@
 """Opening and closing of Zenoh sessions: raises the descriptor limit, warns of remote access, bounds all waits."""
 
 import errno
+import json
 import logging
 import resource
 import socket
@@ -30,6 +31,8 @@ _ADMITTED_S: Final = 2.0
 #: Time after which it is not one of ours.
 _ABORT_AFTER_S: Final = 10.0
 _POLL_S: Final = 0.01
+#: Time for a connection to a router; it is made by the kernel, however busy the router is.
+_LOOK_S: Final = 1.0
 _LEAVE_S: Final = 2.0
 #: Descriptors of a service besides its links: event queues, listeners, files, and links that are just being opened.
 _OTHER_DESCRIPTORS: Final = 40
@@ -63,6 +66,30 @@ def join(config: BusConfig, node: str, stop: Callable[[], bool], patience_s: flo
         raise
     _LOG.info("joined %s as %s", config.endpoint, node)
     return session
+
+
+def check_router(config: BusConfig) -> None:
+    """Look for the router of a bus that has one; :func:`join` waits for it as long as it takes.
+
+    Raises:
+        SpecError: The configuration cannot be used.
+        TouchlineError: Nobody listens where it should be.
+    """
+    settings = config.zenoh()
+    if json.loads(settings.get_json("mode")) != "client":
+        return
+    problem = ""
+    for endpoint in endpoints(settings, "connect"):
+        protocol, host, port = split(endpoint)
+        if protocol not in ("tcp", "tls"):
+            return
+        try:
+            with socket.create_connection((host, int(port)), _LOOK_S):
+                return
+        except OSError as error:
+            problem = f"nobody listens at {endpoint} ({error.strerror or error}); is the router running?"
+    if problem:
+        raise TouchlineError(problem)
 
 
 def leave(session: zenoh.Session, wait_s: float = _LEAVE_S) -> None:

@@ -46,13 +46,16 @@ class Publisher:
 
     def _declare(self, session: zenoh.Session) -> zenoh.Publisher | ext.AdvancedPublisher:
         control = zenoh.CongestionControl.BLOCK if self.topic.block else zenoh.CongestionControl.DROP
+        # A queue for each: in a router, telemetry that is held up must not hold up what comes by other links.
+        priority = zenoh.Priority.DATA if self.topic.recorded else zenoh.Priority.DATA_HIGH
         if not self.topic.latched:
-            return session.declare_publisher(self._key, encoding=_CDR, congestion_control=control)
+            return session.declare_publisher(self._key, encoding=_CDR, congestion_control=control, priority=priority)
         return ext.declare_advanced_publisher(
             session,
             self._key,
             encoding=_CDR,
             congestion_control=control,
+            priority=priority,
             cache=ext.CacheConfig(max_samples=1),
             sample_miss_detection=ext.MissDetectionConfig(
                 heartbeat=None, sporadic_heartbeat=None

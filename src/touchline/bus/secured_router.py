@@ -57,6 +57,7 @@ class SecuredRouter:
         if alone:
             watch_refusals(AuditLog(audit_folder(), Role.ROUTER, ""), self._linked)
         self._open(settings)
+        self._waits_for_port = False
 
     def _open(self, settings: zenoh.Config) -> None:
         self._session = listen(settings, "the router")
@@ -73,10 +74,9 @@ class SecuredRouter:
     def poll(self) -> None:
         """Take over a new certificate or access list, if it is time.
 
-        Raises:
-            TouchlineError: It cannot listen any more.
+        While another program has the port, it is tried again.
         """
-        while (sample := self._statuses.try_recv()) is not None:
+        while self._session is not None and (sample := self._statuses.try_recv()) is not None:
             payload = sample.payload.to_bytes()
             if not self._form.problem(payload) and traversal_state(payload) in _DRIVING:
                 self._drove_s = time.monotonic()
@@ -86,7 +86,7 @@ class SecuredRouter:
             _LOG.error("the access list in force stays so: %s", error)
             self._renewals = self._config.renewals()
         quiet = time.monotonic() - self._drove_s > _QUIET_S
-        if self._next is not None and (quiet or self._urgent(self._next)):
+        if self._next is not None and (quiet or self._session is None or self._urgent(self._next)):
             self._take_over(self._next)
 
     def _urgent(self, config: BusConfig) -> bool:
@@ -97,7 +97,14 @@ class SecuredRouter:
     def _take_over(self, config: BusConfig) -> None:
         settings = config.router()
         self.close()
-        self._open(settings)
+        try:
+            self._open(settings)
+        except TouchlineError as error:
+            if not self._waits_for_port:
+                _LOG.error("%s; trying again", error)
+            self._waits_for_port = True
+            return
+        self._waits_for_port = False
         self._config, self._next = config, None
         _LOG.info("certificate or access list have changed: all links were opened anew")
 
@@ -105,6 +112,7 @@ class SecuredRouter:
         """Stop routing."""
         if self._session is not None:
             leave(self._session)
+            self._session = None
 
 
 def _identity(config: BusConfig) -> Identity:

@@ -24,9 +24,9 @@ from touchline.security.identity import Identity
 _TLS: Final = "transport/link/tls"
 
 
-def secured_client(identity: Identity, endpoint: str, patience_s: float) -> zenoh.Config:
+def secured_client(identity: Identity, endpoint: str, patience_s: float, node: str = "") -> zenoh.Config:
     """Return the configuration of a client of the router at an endpoint."""
-    return _config(identity, client_settings(endpoint, patience_s))
+    return _config(identity, client_settings(endpoint, patience_s, node))
 
 
 def secured_router(identity: Identity, endpoint: str) -> zenoh.Config:

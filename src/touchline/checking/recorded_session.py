@@ -31,6 +31,8 @@ _BEFORE_ALL: Final = ("estop", "reset", "inject-fault", "refill-tank", "replace-
 _GIVES_A_JOB: Final = ("load", "begin-guided")
 _CLOCK_TICKS: Final = int(TICKS_PER_S / topics.CLOCK.rate_hz)
 """Ticks between two clock messages."""
+_LONGEST_TICKS: Final = round(7 * 86_400 * TICKS_PER_S)
+_MOST_MISSING_TICKS: Final = round(86_400 * TICKS_PER_S)
 
 
 class NotRebuilt(TouchlineError):
@@ -124,6 +126,7 @@ class RecordedSession:
         found = _Finder()
         for message in messages:
             found.take(message)
+        found.check_length()
         if found.setup is None:
             raise NotRebuilt("its setup is not in the recording: start recording before the first order")
         if not found.orders:
@@ -237,6 +240,7 @@ class _Finder:
         self.drove_before = self.shifted = False
         self.first_tick = self.last_tick = 0
         self.from_ns: int | None = None
+        self._clocks = 0
         self._plans: list[Trajectory] = []
         self._templates: list[Template | None] = []
         self._commands: list[tuple[int, tuple[float, ...]]] = []
@@ -261,6 +265,7 @@ class _Finder:
             if not self.first_tick:
                 self.first_tick, self.shifted = tick, message.log_time_ns != message.publish_time_ns
             self.last_tick = max(self.last_tick, tick)
+            self._clocks += 1
             self.drove_before |= not self.states
         if (taker := self._takers.get(topic.name)) is None:
             return
@@ -268,6 +273,21 @@ class _Finder:
             taker(message.payload)
         except (PayloadError, SpecError) as error:
             raise NotRebuilt(f"{message.topic} cannot be decoded: {error}") from error
+
+    def check_length(self) -> None:
+        """Refuse a length that a damaged or forged stamp claims: all its ticks would be run again.
+
+        Raises:
+            NotRebuilt: The session is too long, or lacks too much.
+        """
+        shown = max(self._clocks * _CLOCK_TICKS, len(self._commands))
+        if self.last_tick > _LONGEST_TICKS:
+            raise NotRebuilt(
+                f"it reaches {_hours(self.last_tick)} h of sim time; at most {_hours(_LONGEST_TICKS)} are run"
+            )
+        if self.last_tick - self.first_tick > shown + _MOST_MISSING_TICKS:
+            lasts, most = _hours(self.last_tick - self.first_tick), _hours(_MOST_MISSING_TICKS)
+            raise NotRebuilt(f"it lasts {lasts} h, with messages of {_hours(shown)} h; at most {most} h may be missing")
 
     def forget_before(self, since: int) -> None:
         """Drop messages before a state, by its number from 1; nothing for 0."""
@@ -344,6 +364,10 @@ class _Finder:
         tick = tick_of(command.header)
         self.last_tick = max(self.last_tick, tick)
         self._commands.append((tick, tuple(command.values.tolist())))
+
+
+def _hours(ticks: int) -> str:
+    return f"{ticks / TICKS_PER_S / 3600.0:,.0f}"
 
 
 def tick_of(header: Header) -> int:

@@ -30,7 +30,7 @@ from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.fleet import Fleet
 from touchline.schemas.spec import parse, read_text
 from touchline.schemas.team import TeamScenario
-from touchline.supervision.priority import SOON, run_at, switch_threads_soon
+from touchline.supervision.priority import FIRST, SOON, run_at, switch_threads_soon
 from touchline.supervision.service_log import service_log
 
 _LOOK_S = 0.1
@@ -149,6 +149,7 @@ def router(logs: LogsOption = None, supervisor: SupervisorOption = None) -> None
     from touchline.supervision.shutdown import until_stopped
 
     config = BusConfig.from_environment()
+    run_at(FIRST)  # every stop of its bus passes here
     with service_log("router", (), logs), until_stopped(supervisor) as stop, open_router(config, alone=True) as poll:
         logging.getLogger(__name__).info("listens on %s", config.endpoint)
         while not stop:

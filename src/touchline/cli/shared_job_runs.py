@@ -122,9 +122,9 @@ def run_team(template: Template, setup: Setup, options: PlanOptions, robots: int
     from touchline.supervision.temporary_system import ProcessOptions, local_system
 
     setups = {f"r{number + 1}": setup.with_seed(setup.scenario.seed + number) for number in range(robots)}
+    config = job_bus(list(setups))
     with progress_bar("Touchline") as advance:
         job = _shared(template, options, setup.vehicle, robots, advance)
-        config = job_bus(list(setups))
         recordings = pace.record.parent if pace.record else None  # no planner: plans are made here
         processes = ProcessOptions(apart=True, without=(topics.PLANNER,), recordings=recordings)
         with only_one(config), local_system(setups, config, processes) as system:

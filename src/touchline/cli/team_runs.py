@@ -50,6 +50,7 @@ def run_on_bus(chosen: TeamScenario, speed: str, *, apart: bool, record: Path | 
     if isinstance(chosen.task, DispatchTask):  # refuses now what the coordinator would
         DispatchedTask(chosen.task, chosen, area, {name: (at.x_m, at.y_m) for name, at in places.items()})
     setups = {name: chosen.setup(name, places[name]) for name in chosen.names}
+    config = job_bus(list(setups))
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder, progress_bar("Team") as advance:
         file = Path(folder) / "team.json"
         file.write_text(chosen.model_dump_json(), encoding="utf-8")
@@ -59,7 +60,6 @@ def run_on_bus(chosen: TeamScenario, speed: str, *, apart: bool, record: Path | 
             recordings=record.parent if record else None,
             coordinator=["--team", str(file), "--lockstep"],
         )
-        config = job_bus(list(setups))
         with only_one(config), local_system(setups, config, options) as system:
             advance(0.0, "Starting")
             system.wait_until_ready(say)

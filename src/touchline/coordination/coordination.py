@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from touchline.coordination.algorithms.algorithm_task import AlgorithmTask, External, task_with_algorithm
 from touchline.coordination.body_contacts import body_radius_m
+from touchline.coordination.dispatch.dispatch_memory import DispatchMemory
 from touchline.coordination.dispatch.dispatched_task import DispatchedTask, dispatched
 from touchline.coordination.dispatch.dispatcher import TaskDispatcher
 from touchline.coordination.free_area import FreeArea
@@ -41,14 +41,19 @@ def settings_of(team: TeamScenario) -> TeamSettings:
     return TeamSettings(team.radius_m, wall_radius_m, drive.max_acceleration_mps2, drive.transit_speed_mps, lease_s)
 
 
-def plan_settings_of(team: TeamScenario) -> PlanSettings:
-    """Return the common settings of a scenario's robots, if they drive by plans."""
+def plan_settings_of(team: TeamScenario, *, certain: bool = True) -> PlanSettings:
+    """Return the common settings of a scenario's robots, if they drive by plans.
+
+    Args:
+        team: The team.
+        certain: Whether what is sent arrives at once if the links lose nothing.
+    """
     assert team.avoid != "cells", "it drives by plans"
     return PlanSettings(
         plan_limits(team),
         team.vehicle.drive.motor_time_constant_s,
         team.radius_m - body_radius_m(team.vehicle),
-        certain=team.links.lossless,
+        certain=team.links.lossless and not team.faulty and certain,
         avoid=team.avoid,
     )
 
@@ -60,14 +65,17 @@ class Coordination:
         team: Task and settings.
         area: The area.
         external: Makes the decider that asks other processes for wishes, where there is a bus.
+        certain: Whether what is sent arrives at once if the team's links lose nothing.
 
     Attributes:
         hub: The hub, once the team has begun.
         task: The team's task, likewise.
     """
 
-    def __init__(self, team: TeamScenario, area: FreeArea, external: External | None = None) -> None:
-        self._team, self._area, self._external = team, area, external
+    def __init__(
+        self, team: TeamScenario, area: FreeArea, external: External | None = None, *, certain: bool = True
+    ) -> None:
+        self._team, self._area, self._external, self._certain = team, area, external, certain
         self._first: dict[str, Reported] = {}
         self._begun_s = math.inf
         self._out: set[str] = set()
@@ -174,6 +182,11 @@ class Coordination:
         """Dispatcher of the team's task, once that has begun, if it has one."""
         return None if (task := dispatched(self.task)) is None else task.dispatcher
 
+    @property
+    def dispatch_memory(self) -> DispatchMemory | None:
+        """Memory of the dispatcher, if there is one."""
+        return None if self.dispatcher is None else self.dispatcher.memory(self._begun_s)
+
     def _hub(self, task: TeamTask, now_s: float) -> Hub | PlanHub:
         """Return the hub that begins a task.
 
@@ -183,16 +196,18 @@ class Coordination:
         """
         if self._team.by_plans:
             states = {name: each for name, each in self._first.items() if isinstance(each, PlanState)}
-            return PlanHub(self._area, task, states, now_s, plan_settings_of(self._team))
+            settings = plan_settings_of(self._team, certain=self._certain)
+            return PlanHub(self._area, task, states, now_s, settings)
         places = {name: each for name, each in self._first.items() if isinstance(each, Whereabouts)}
         return Hub(self._area, task, places, now_s, settings_of(self._team))
 
-    def resume(self, followed: Mapping[str, FollowedPlan], now_s: float) -> None:
+    def resume(self, followed: Mapping[str, FollowedPlan], now_s: float, tasks: DispatchMemory | None = None) -> None:
         """Begin with robots that drive by plans of another coordinator.
 
         Args:
             followed: State and plan of each robot of the team, by its name.
             now_s: Sim time, an update period before the next update.
+            tasks: Memory of its dispatcher, if it had one.
 
         Raises:
             TooNear: Two plans, or one and a wall, are nearer than plans may be.
@@ -200,11 +215,13 @@ class Coordination:
         """
         self._first = {name: each.state for name, each in followed.items()}
         self.task = self._task_of(self._team.task, _places(self._first))
-        settings = plan_settings_of(self._team)
         # Robots are out of step at first, and may miss a plan: both plans are kept clear until they have reported.
-        settings = replace(settings, certain=settings.certain and settings.avoid == "barriers")
+        settings = plan_settings_of(self._team, certain=False)
         self.hub = PlanHub(self._area, self.task, followed, now_s, settings)
         self._begun_s = now_s
+        if tasks is not None and self.dispatcher is not None:
+            self.dispatcher.restore(tasks)
+            self._begun_s = tasks.begun_s
 
     def set_first_task(self, spec: TaskSpec) -> None:
         """Set the task that begins once all robots are localized."""

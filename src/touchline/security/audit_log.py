@@ -7,7 +7,6 @@ import errno
 import fcntl
 import logging
 import os
-import stat
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -19,6 +18,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, Final, NamedTuple
 
 from touchline.security.audit_files import KEPT_FILES, last_line, log_name, older, with_hash
+from touchline.security.private_file import open_private
 
 _LOGGER = logging.getLogger(__name__)
 _LARGEST_FILE_BYTES: Final = 4 * 1024 * 1024
@@ -27,7 +27,7 @@ _MOST_AT_ONCE: Final = 256
 _LONGEST: Final = 1000
 """Characters of a name or text that are kept."""
 _CLOSE_S: Final = 2.0
-_OPEN: Final = os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+_APPENDING: Final = os.O_RDWR | os.O_APPEND
 
 
 class OrderAnswer(StrEnum):
@@ -187,7 +187,7 @@ class _LogFile:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         for copy in count(1):
             self.path = folder / (self._name if copy == 1 else f"{self._name}+{copy}")
-            lock = _open_private(self.path.with_name(f".{self.path.name}.lock"))
+            lock = open_private(self.path.with_name(f".{self.path.name}.lock"), os.O_RDWR)
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
@@ -203,7 +203,7 @@ class _LogFile:
             os.close(self._file)
             self._file = None
         if self._file is None:
-            self._file = _open_private(self.path)
+            self._file = open_private(self.path, _APPENDING)
             size = os.fstat(self._file).st_size
             if size and os.pread(self._file, 1, size - 1) != b"\n":  # cut off by a power cut
                 os.write(self._file, b"\n")
@@ -213,7 +213,7 @@ class _LogFile:
                     older(self.path, age).replace(older(self.path, age + 1))
             os.close(self._file)
             self._file = None
-            self._file = _open_private(self.path)
+            self._file = open_private(self.path, _APPENDING)
         return self._file
 
     def _in_place(self, file: int) -> bool:
@@ -222,18 +222,3 @@ class _LogFile:
             return os.path.samestat(os.fstat(file), self.path.lstat())
         except FileNotFoundError:
             return False
-
-
-def _open_private(path: Path) -> int:
-    """Open or create a file that only this user may read.
-
-    Raises:
-        OSError: It cannot be opened, or is not a plain file of this user.
-    """
-    file = os.open(path, _OPEN, 0o600)
-    found = os.fstat(file)
-    if not stat.S_ISREG(found.st_mode) or found.st_uid != os.geteuid():
-        os.close(file)
-        raise OSError(f"{path} is not a plain file of this user")
-    os.fchmod(file, 0o600)
-    return file

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from touchline.schemas.errors import TouchlineError
+from touchline.security import private_file
 
 _PRIVATE: Final = 0o700
 
@@ -45,12 +46,7 @@ def open_private(path: Path, flags: int) -> int:
         TouchlineError: The path is a link, or not a plain file of this user's.
     """
     try:
-        file = os.open(path, flags | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK, 0o600)
+        return private_file.open_private(path, flags)
     except OSError as error:
-        raise TouchlineError(f"{path} cannot be used: {error.strerror or error}; remove it") from error
-    found = os.fstat(file)
-    if not stat.S_ISREG(found.st_mode) or found.st_uid != os.getuid() or found.st_nlink != 1:
-        os.close(file)
-        raise TouchlineError(f"{path} is not a plain file of this user's alone; remove it")
-    os.fchmod(file, 0o600)
-    return file
+        problem = f"{path} cannot be used: {error.strerror}" if error.strerror else str(error)
+        raise TouchlineError(f"{problem}; remove it") from error

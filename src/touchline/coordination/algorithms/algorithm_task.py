@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -99,7 +100,7 @@ class AlgorithmTask:
             )
             for k, (name, (x, y, heading, speed)) in enumerate(zip(names, states.tolist(), strict=True))
         }
-        return self.decider.wishes(Team(now_s, robots, importance))
+        return self.decider.wishes(Team(now_s, MappingProxyType(robots), importance))
 
     def goals(self, names: Sequence[str], states: Floats) -> Floats:
         """Return a goal for each wish, as of `TeamTask`: for a velocity a place from which a robot would brake."""

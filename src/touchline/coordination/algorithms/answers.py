@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import traceback
 from collections import Counter
 from collections.abc import Callable, Sequence
 from time import perf_counter
@@ -15,6 +16,7 @@ from touchline.coordination.algorithms.team_algorithm import (
     MOST_BYTES,
     GoalWish,
     Hold,
+    Me,
     PathWish,
     TwistWish,
     VelocityWish,
@@ -31,6 +33,7 @@ LATE: Final = "late"
 RAISED: Final = "raised"
 TOO_LONG: Final = "message-too-long"
 TOO_FAST: Final = "too-fast"
+FAR_OUTSIDE: Final = "far-outside"
 REASONS: Final = {
     NOT_FINITE: "a number of its wish is not finite",
     WRONG_SHAPE: "its answer is not of the kind that is asked for",
@@ -38,10 +41,15 @@ REASONS: Final = {
     RAISED: "it raised an exception",
     TOO_LONG: f"its message is longer than {MOST_BYTES:,} bytes",
     TOO_FAST: "it wished for more than the largest speed, which it got",
+    FAR_OUTSIDE: "it wished for a place farther outside of the area than that is large",
 }
 """Wrong answers, by the code that reports name them by."""
 _MOST_POINTS: Final = 10_000
 """Points of a path."""
+_APART_M: Final = 1e-6
+"""Least distance of two successive points of a path."""
+_MOST_RADPS: Final = 100.0
+"""Largest yaw rate that is passed on: no robot turns as fast."""
 MOST_WRONG: Final = 3
 """Wrong answers in a row after which a robot holds until the run ends."""
 
@@ -108,38 +116,57 @@ def asked_in_time(question: Callable[[], T], most_s: float) -> T:
         found = question()
     except (Exception, SystemExit) as error:
         log_plugin_error("the team's algorithm failed")
-        raise WrongAnswer(RAISED, f"{type(error).__name__}: {error}") from error
+        raise WrongAnswer(RAISED, _in_words(error)) from error
     if (took_s := perf_counter() - begun_s) > most_s:
         raise WrongAnswer(LATE, f"{took_s:.2f} s, of {most_s:g} s")
     return found
 
 
-def checked_wish(answer: Any, speed_max_mps: float) -> tuple[Wish, bool]:
+def in_shape(check: Callable[[], T]) -> T:
+    """Return the result of looking at an answer, which may raise anything.
+
+    Raises:
+        WrongAnswer: It did.
+    """
+    try:
+        return check()
+    except WrongAnswer:
+        raise
+    except Exception as error:
+        raise WrongAnswer(WRONG_SHAPE, _in_words(error)) from error
+
+
+def checked_wish(answer: Any, me: Me) -> tuple[Wish, bool]:
     """Return an answer as a wish that can be followed, and whether it had to be slowed down.
 
     Args:
         answer: Anything.
-        speed_max_mps: Largest speed of the robot.
+        me: The robot that is to follow it.
 
     Raises:
-        WrongAnswer: It is no wish, or has numbers that are not finite.
+        WrongAnswer: It is no wish, has numbers that are not finite, or leads far out of the area.
     """
+    return in_shape(lambda: _checked_wish(answer, me))
+
+
+def _checked_wish(answer: Any, me: Me) -> tuple[Wish, bool]:
+    speed_max_mps = me.speed_max_mps
     match answer:
         case Hold():
             return HOLD, False
         case GoalWish():
-            return GoalWish(*_finite(answer.x_m, answer.y_m)), False
+            return GoalWish(*_near(_finite(answer.x_m, answer.y_m), me)), False
         case VelocityWish():
             x, y = _finite(answer.x_mps, answer.y_mps)
             slower = _slower(math.hypot(x, y), speed_max_mps)
             return VelocityWish(x * slower, y * slower), slower < 1.0
         case TwistWish():
             speed, rate = _finite(answer.speed_mps, answer.yaw_rate_radps)
-            slower = _slower(abs(speed), speed_max_mps)
-            return TwistWish(speed * slower, rate), slower < 1.0
+            slower, slow_rate = _slower(abs(speed), speed_max_mps), min(max(rate, -_MOST_RADPS), _MOST_RADPS)
+            return TwistWish(speed * slower, slow_rate), slower < 1.0 or slow_rate != rate
         case PathWish():
-            points = [_finite(*_pair(point)) for point in _listed(answer.points_m)]
-            return PathWish(tuple(points)), False
+            points = [_near(_finite(*_pair(point)), me) for point in _listed(answer.points_m)]
+            return PathWish(_apart(points)), False
     raise WrongAnswer(WRONG_SHAPE, f"{type(answer).__name__} is no wish")
 
 
@@ -149,6 +176,10 @@ def checked_message(payload: Any) -> bytes | None:
     Raises:
         WrongAnswer: It is not bytes, or too many.
     """
+    return in_shape(lambda: _checked_message(payload))
+
+
+def _checked_message(payload: Any) -> bytes | None:
     if payload is not None and not isinstance(payload, bytes):
         raise WrongAnswer(WRONG_SHAPE, f"its message is {type(payload).__name__}, not bytes")
     if payload is not None and len(payload) > MOST_BYTES:
@@ -156,9 +187,37 @@ def checked_message(payload: Any) -> bytes | None:
     return payload
 
 
+def _in_words(error: BaseException) -> str:
+    """Return an exception's type and text, even if that cannot be had."""
+    return traceback.format_exception_only(error)[-1].strip()
+
+
+def _near(place: tuple[float, float], me: Me) -> tuple[float, float]:
+    """Return a place (m).
+
+    Raises:
+        WrongAnswer: It is farther outside of the area than that is large.
+    """
+    low_x, low_y, high_x, high_y = me.area.shape.bounds
+    most_m = math.hypot(high_x - low_x, high_y - low_y)
+    off_m = max(low_x - place[0], place[0] - high_x, low_y - place[1], place[1] - high_y)
+    if off_m > most_m:
+        raise WrongAnswer(FAR_OUTSIDE, f"{place[0]:g}, {place[1]:g}")
+    return place
+
+
 def _slower(speed_mps: float, most_mps: float) -> float:
     """Return the factor that brings a speed down to the largest."""
     return most_mps / speed_mps if speed_mps > most_mps * (1.0 + 1e-9) else 1.0
+
+
+def _apart(points: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+    """Return a path's points but those that are next to the one before: lines of no length have no direction."""
+    kept = [points[0]]
+    for point in points[1:]:
+        if math.dist(point, kept[-1]) >= _APART_M:
+            kept.append(point)
+    return tuple(kept)
 
 
 def _listed(points: Any) -> list[Any]:

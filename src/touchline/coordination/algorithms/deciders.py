@@ -19,6 +19,7 @@ from touchline.coordination.algorithms.answers import (
     asked_in_time,
     checked_message,
     checked_wish,
+    in_shape,
 )
 from touchline.coordination.algorithms.peer_radio import PeerRadio, RadioFigures
 from touchline.coordination.algorithms.team_algorithm import HOLD, Team, Wish
@@ -59,11 +60,8 @@ class CentralDecider:
         most_s = next(iter(now.robots.values())).period_s if self._begun else math.inf
         self._begun = True
         try:
-            answers = asked_in_time(lambda: self._algorithm.decide(now), most_s)
-            if not isinstance(answers, Mapping):
-                raise WrongAnswer(WRONG_SHAPE, f"{type(answers).__name__} is no mapping of names to wishes")
-            if unknown := [name for name in answers if name not in now.robots]:
-                raise WrongAnswer(WRONG_SHAPE, f"{unknown[0]!r:.40} is no robot of the team")
+            found = asked_in_time(lambda: self._algorithm.decide(now), most_s)
+            answers = in_shape(lambda: _by_name(found, now))
         except WrongAnswer as error:
             for name in now.robots:
                 self.books[name].wrong(error, now.now_s)
@@ -72,6 +70,19 @@ class CentralDecider:
 
     def _wish(self, name: str, answer: Any, now: Team) -> Wish:
         return _checked(answer, self.books[name], now, name)
+
+
+def _by_name(answers: Any, now: Team) -> dict[str, Any]:
+    """Return answers by the names of robots.
+
+    Raises:
+        WrongAnswer: They are none.
+    """
+    if not isinstance(answers, Mapping):
+        raise WrongAnswer(WRONG_SHAPE, f"{type(answers).__name__} is no mapping of names to wishes")
+    if unknown := [name for name in answers if name not in now.robots]:
+        raise WrongAnswer(WRONG_SHAPE, f"{unknown[0]!r:.40} is no robot of the team")
+    return dict(answers)
 
 
 class RobotDeciders:
@@ -115,13 +126,12 @@ class RobotDeciders:
                 algorithm = self._algorithms[name] = asked_in_time(self._make, math.inf)
                 asked_in_time(lambda: algorithm.start(me), math.inf)
             answer = asked_in_time(lambda: self._heard_and_decided(name, now), most_s)
-            if not isinstance(answer, tuple) or len(answer) != 2:
-                raise WrongAnswer(WRONG_SHAPE, f"{type(answer).__name__} is no pair of a wish and a message")
-            message = checked_message(answer[1])
+            wish, payload = in_shape(lambda: _pair(answer))
+            message = checked_message(payload)
         except WrongAnswer as error:
             book.wrong(error, now.now_s)
             return HOLD, None
-        return _checked(answer[0], book, now, name), message
+        return _checked(wish, book, now, name), message
 
     def _heard_and_decided(self, name: str, now: Team) -> Any:
         algorithm = self._algorithms[name]
@@ -130,12 +140,23 @@ class RobotDeciders:
         return algorithm.decide(now.robots[name])
 
 
+def _pair(answer: Any) -> tuple[Any, Any]:
+    """Return a wish and a message.
+
+    Raises:
+        WrongAnswer: It is no such pair.
+    """
+    if not isinstance(answer, tuple) or len(answer) != 2:
+        raise WrongAnswer(WRONG_SHAPE, f"{type(answer).__name__} is no pair of a wish and a message")
+    return answer[0], answer[1]
+
+
 def _checked(answer: Any, book: AnswerBook, now: Team, name: str) -> Wish:
     """Return an answer as a wish; to hold if it is a wrong one, or its robot has given too many."""
     if book.dismissed:
         return HOLD
     try:
-        wish, clipped = checked_wish(answer, now.robots[name].speed_max_mps)
+        wish, clipped = checked_wish(answer, now.robots[name])
     except WrongAnswer as error:
         book.wrong(error, now.now_s)
         return HOLD

@@ -10,6 +10,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Final
 
+from touchline.coordination.dispatch.dispatch_memory import DispatchMemory, remember
 from touchline.coordination.dispatch.distance_table import DistanceTable
 from touchline.coordination.dispatch.place_claims import PlaceClaims
 from touchline.coordination.dispatch.robot_records import RobotJob, RobotRecord
@@ -77,6 +78,29 @@ class TaskDispatcher:
 
     def _robot(self, name: str, at: complex, charge: float = 1.0) -> RobotRecord:
         return RobotRecord(name, at, at, at, self._battery_wh, charge)
+
+    def memory(self, begun_s: float) -> DispatchMemory:
+        """Return all that another dispatcher needs to go on.
+
+        Args:
+            begun_s: Robots' clock when the team began.
+        """
+        return remember(self.records, self.robots.values(), begun_s, self._now_s)
+
+    def restore(self, memory: DispatchMemory) -> None:
+        """Go on with the tasks of another dispatcher of the same team.
+
+        Args:
+            memory: Of that.
+        """
+        self._now_s = self._last_s = memory.time_s
+        self._changed = True
+        self.records = [each.record(self._spec.places) for each in memory.tasks]
+        tasks = {each.id: each for each in self.records}
+        for each in memory.robots:
+            if (robot := self.robots.get(each.name)) is not None:
+                each.restore(robot, tasks, self._planner.docks)
+                robot.stood_s = robot.left_since_s = self._now_s
 
     def add(self, requests: Sequence[Request]) -> list[str]:
         """Take further requests; return the ids of their tasks.

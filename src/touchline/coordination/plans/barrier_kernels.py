@@ -62,18 +62,18 @@ def off_walls_m(plan: Floats, around: AreaBorders) -> float:
 
 @kernel
 def distances_m(plans: Floats, pairs: Ints, around: AreaBorders, found: Floats) -> None:
-    """Fill in the least distance (m) of each pair of plans, and behind them that of each plan from walls.
+    """Fill in the least distance (m) of each pair of plans, and behind them that of the first n plans from walls.
 
     Args:
-        plans: (n, m, 5).
-        pairs: (p, 2) numbers of robots.
+        plans: (n or more, m, 5).
+        pairs: (p, 2) numbers of plans.
         around: Borders of the area.
         found: (p + n,) filled in.
     """
     p = len(pairs)
     for row in range(p):
         found[row] = math.sqrt(apart_squared_of(plans[pairs[row, 0]], plans[pairs[row, 1]], 0.0))
-    for i in range(len(plans)):
+    for i in range(len(found) - p):
         found[p + i] = off_walls_m(plans[i], around)
 
 
@@ -84,10 +84,10 @@ def slopes(
     """Fill in how distances change with one number of each robot's command, by differences from braking.
 
     Args:
-        braking: (n, m, 5) plans if all brake.
-        changed: (n, m, 5) plans if that number is larger.
+        braking: (n or more, m, 5) plans if all brake; those behind the first n are fixed.
+        changed: Plans if that number is larger.
         step: By how much.
-        pairs: (p, 2) numbers of robots.
+        pairs: (p, 2) numbers of plans.
         around: Borders of the area.
         at: (p + n,) distances if all brake (m).
         found: (p + n, 2) filled in: derivative by the number of the first robot, and of the second.
@@ -97,6 +97,6 @@ def slopes(
         i, j = pairs[row]
         found[row, 0] = (math.sqrt(apart_squared_of(changed[i], braking[j], 0.0)) - at[row]) / step
         found[row, 1] = (math.sqrt(apart_squared_of(braking[i], changed[j], 0.0)) - at[row]) / step
-    for i in range(len(braking)):
+    for i in range(len(at) - p):
         found[p + i, 0] = (off_walls_m(changed[i], around) - at[p + i]) / step if at[p + i] < math.inf else 0.0
         found[p + i, 1] = 0.0

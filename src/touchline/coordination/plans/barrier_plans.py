@@ -4,7 +4,9 @@ A command (speed and yaw rate) drives a robot for a period; the backup is to bra
 two plans, h = D − 2·r_s if both brake at once. Commands must keep D ≥ 2·r_s + (1 − γ)·h; with γ = 1 that is what
 committed plans keep. D is linearised at braking, which so satisfies every row, and a quadratic program finds the
 commands nearest to the wishes. As D is not linear, the answer is checked with the exact distances, and robots of pairs
-that violate them are scaled towards braking, which is always permitted: it is the rest of the old plan.
+that violate them are scaled towards braking, which is always permitted: it is the rest of the old plan. Where messages
+may be lost, distances to the old plans and open proposals of others are rows, too, and a robot whose proposal cannot
+keep them gets none.
 
 After Wang, Ames, Egerstedt, "Safety barrier certificates for collisions-free multirobot systems", IEEE Transactions on
 Robotics 33(3), 2017, with a backup as in Gurriet et al., IEEE Access 8, 2020.
@@ -14,8 +16,8 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
-from typing import Any, Final
+from collections.abc import Collection, Sequence
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,25 +53,26 @@ class BarrierPlans(CommittedPlans):
         infeasible: Updates in which the quadratic program had no answer.
     """
 
-    def __init__(self, poses: Floats, area: FreeArea, limits: k.PlanLimits) -> None:
-        """Let all robots stay where they stand.
+    def __init__(self, poses: Floats, area: FreeArea, limits: k.PlanLimits, *, certain: bool = True) -> None:
+        """Let all robots stay where they stand, or follow the plans that they have.
 
         Args:
-            poses: (n, 3) x, y (m), heading (rad).
+            poses: (n, 3) x, y (m), heading (rad); or (n, m, 5) plans under way.
             area: The area.
             limits: Limits of plans.
+            certain: Whether all robots follow what is chosen at once; else new plans are proposals until `settle`.
 
         Raises:
             TooNear: Two robots, or one and a wall, are nearer than plans may be.
         """
-        super().__init__(poses, area, limits)
+        super().__init__(poses, area, limits, certain=certain)
         self.infeasible = 0
         self._asked = np.zeros(len(poses), dtype=np.complex128)
 
-    def update(self, wishes: Sequence[Wish]) -> None:
-        """Let a period pass, and change the wishes of all robots as little as possible."""
+    def update(self, wishes: Sequence[Wish], staying: Collection[int] = ()) -> None:
+        """Let a period pass, and change the wishes of all robots as little as possible; those that stay wish to."""
         self._asked[:] = 0.0
-        super().update(wishes)
+        super().update(wishes, staying)
         self._filter()
 
     def choose_by(self, wishes: NDArray[np.complex128], order: Sequence[int]) -> None:
@@ -86,28 +89,42 @@ class BarrierPlans(CommittedPlans):
         self._velocities[who] = self._asked[who]
 
     def _filter(self) -> None:
-        """Choose the commands nearest to the wishes that keep all apart."""
-        limits, around, plans = self._limits, self._around, self.plans
-        wished = self._commands()
-        low = np.column_stack((np.maximum(plans[:, 0, t.SPEED] - self._gain_mps, 0.0), -self._most_radps()))
-        high = np.column_stack(
-            (np.minimum(plans[:, 0, t.SPEED] + self._gain_mps, limits.speed_max_mps), self._most_radps())
-        )
-        wished = np.clip(wished, low, high)
-        braking = np.column_stack((low[:, 0], np.zeros(len(plans))))
-        backup = self._rolled_out(np.zeros_like(braking))
-        pairs = b.near_pairs(plans, self._range_m)
-        at, need = np.zeros(len(pairs) + len(plans)), np.full(len(pairs) + len(plans), limits.wall_m)
+        """Choose the commands nearest to the wishes that keep all apart; robots with an open proposal keep that."""
+        free = np.flatnonzero(~self.proposed)
+        if not len(free):
+            return
+        limits, around, begin = self._limits, self._around, self.plans[free, self._limits.lead_steps]
+        most = self._most_radps(begin)
+        low = np.column_stack((np.maximum(begin[:, t.SPEED] - self._gain_mps, 0.0), -most))
+        high = np.column_stack((np.minimum(begin[:, t.SPEED] + self._gain_mps, limits.speed_max_mps), most))
+        wished = np.clip(self._commands(free, begin), low, high)
+        braking = np.column_stack((low[:, 0], np.zeros(len(free))))
+        trials = _Trials(free, *self._fixed())
+        backup = self._rolled_out(trials, np.zeros_like(braking))
+        pairs = trials.near_pairs(backup, self._range_m)
+        at, need = np.zeros(len(pairs) + len(free)), np.full(len(pairs) + len(free), limits.wall_m)
         need[: len(pairs)] = limits.apart_m
         b.distances_m(backup, pairs, around, at)
-        rows = self._rows(braking, backup, pairs, at)
+        rows = self._rows(trials, braking, backup, pairs, at)
         commands = self._nearest(wished, braking, (low, high), rows, at - need)
-        found = self._kept_apart(commands, braking, backup, pairs, need)
-        unhindered = self._rolled_out(wished)
+        found, kept = self._kept_apart(trials, commands, braking, backup, pairs, need)
+        unhindered = self._rolled_out(trials, wished)[: len(free)]
         end = limits.brakes_at
-        self.changes[:, 0] = found[:, end, t.SPEED] - unhindered[:, end, t.SPEED]
-        self.changes[:, 1] = found[:, end, t.YAW_RATE] - unhindered[:, end, t.YAW_RATE]
-        plans[:] = found
+        driven = np.where(kept[:, None, None], found, self.plans[free])
+        self.changes[free, 0] = driven[:, end, t.SPEED] - unhindered[:, end, t.SPEED]
+        self.changes[free, 1] = driven[:, end, t.YAW_RATE] - unhindered[:, end, t.YAW_RATE]
+        self._take(free[kept], found[kept])
+
+    def _fixed(self) -> tuple[Floats, Ints]:
+        """Return plans that cannot be changed now, and their robots: none if all follow what is chosen at once."""
+        plans, owners = self._claims
+        held = (owners >= 0) & (not self._certain)
+        return plans[held], owners[held]
+
+    def _take(self, who: Ints, found: Floats) -> None:
+        """Commit robots to plans, or propose these."""
+        into = who if self._certain else len(self.plans) + who
+        self._claims.plans[into], self._claims.owners[into] = found, who
 
     @property
     def _gain_mps(self) -> float:
@@ -118,37 +135,41 @@ class BarrierPlans(CommittedPlans):
     def _range_m(self) -> float:
         """Distance beyond which two robots cannot come too near whatever they do."""
         limits = self._limits
-        reach_m = limits.speed_max_mps * (
-            limits.drive_steps * t.STEP_S + limits.speed_max_mps / limits.acceleration_mps2
-        )
+        reach_m = limits.speed_max_mps * (limits.brakes_at * t.STEP_S + limits.speed_max_mps / limits.acceleration_mps2)
         return limits.apart_m + 2.0 * reach_m
 
-    def _most_radps(self) -> Floats:
-        """Return (n,) the largest yaw rate of each robot."""
-        limits, speeds = self._limits, np.maximum(self.plans[:, 0, t.SPEED] + self._gain_mps, 1e-3)
+    def _most_radps(self, begin: Floats) -> Floats:
+        """Return (n,) the largest yaw rate of robots whose plans may differ from samples (n, 5) on."""
+        limits, speeds = self._limits, np.maximum(begin[:, t.SPEED] + self._gain_mps, 1e-3)
         fastest = np.minimum(speeds, limits.speed_max_mps)
         return np.minimum(limits.yaw_rate_max_radps, limits.lateral_acceleration_mps2 / fastest)
 
-    def _commands(self) -> Floats:
-        """Return (n, 2) the commands that are wished: to turn to the velocity, and drive as far as it lies ahead."""
+    def _commands(self, who: Ints, begin: Floats) -> Floats:
+        """Return (n, 2) the commands that robots wish: to turn to the velocity, and drive as far as it lies ahead.
+
+        Args:
+            who: (n,) robots.
+            begin: (n, 5) samples from which on their plans may differ.
+        """
         period_s = self._limits.drive_steps * t.STEP_S
-        headings = self.plans[:, 0, t.HEADING]
-        turns = np.array([math.remainder(cmath.phase(each), math.tau) for each in self._asked.tolist()]) - headings
-        turns = np.where(np.abs(self._asked) > 0.0, np.remainder(turns + math.pi, math.tau) - math.pi, 0.0)
-        return np.column_stack((np.abs(self._asked) * np.maximum(np.cos(turns), 0.0), turns / period_s))
+        asked = self._asked[who]
+        turns = np.array([math.remainder(cmath.phase(each), math.tau) for each in asked.tolist()]) - begin[:, t.HEADING]
+        turns = np.where(np.abs(asked) > 0.0, np.remainder(turns + math.pi, math.tau) - math.pi, 0.0)
+        return np.column_stack((np.abs(asked) * np.maximum(np.cos(turns), 0.0), turns / period_s))
 
-    def _rolled_out(self, commands: Floats) -> Floats:
-        """Return the plans (n, m, 5) of commands (n, 2)."""
-        plans = self.plans.copy()
+    def _rolled_out(self, trials: _Trials, commands: Floats) -> Floats:
+        """Return the plans of commands (n, 2), and behind them those that are fixed."""
+        plans = self.plans[trials.who]
         b.roll_out_all(plans, np.ascontiguousarray(commands), self._limits)
-        return plans
+        return np.concatenate((plans, trials.fixed))
 
-    def _rows(self, braking: Floats, backup: Floats, pairs: Ints, at: Floats) -> Floats:
+    def _rows(self, trials: _Trials, braking: Floats, backup: Floats, pairs: Ints, at: Floats) -> Floats:
         """Return (p + n, 2n) how the distances of pairs, and from walls, change with all commands.
 
         Args:
+            trials: Robots that get commands, and fixed plans.
             braking: (n, 2) commands at which they are taken.
-            backup: (n, m, 5) plans of these.
+            backup: Plans of these, and fixed ones.
             pairs: (p, 2) robots near to each other.
             at: (p + n,) distances of these plans (m).
         """
@@ -158,9 +179,10 @@ class BarrierPlans(CommittedPlans):
         for column, step in enumerate(_STEPS):
             changed = braking.copy()
             changed[:, column] += step
-            b.slopes(backup, self._rolled_out(changed), step, pairs, self._around, at, slope)
+            b.slopes(backup, self._rolled_out(trials, changed), step, pairs, self._around, at, slope)
             rows[every, 2 * pairs[:, 0] + column] = slope[:p, 0]
-            rows[every, 2 * pairs[:, 1] + column] = slope[:p, 1]
+            chosen = pairs[:, 1] < n
+            rows[every[chosen], 2 * pairs[chosen, 1] + column] = slope[:p, 1][chosen]
             rows[p + each, 2 * each + column] = slope[p:, 0]
         return rows
 
@@ -194,20 +216,62 @@ class BarrierPlans(CommittedPlans):
         self.infeasible += 1
         return braking
 
-    def _kept_apart(self, commands: Floats, braking: Floats, backup: Floats, pairs: Ints, need: Floats) -> Floats:
-        """Return the plans (n, m, 5) of commands, scaled towards braking where the exact distances ask for it."""
+    def _kept_apart(
+        self, trials: _Trials, commands: Floats, braking: Floats, backup: Floats, pairs: Ints, need: Floats
+    ) -> tuple[Floats, NDArray[np.bool_]]:
+        """Scale commands towards braking where the exact distances ask for it.
+
+        Returns:
+            Plans (n, m, 5), and (n,) whether each may be followed: braking always, if no plans are fixed.
+        """
         n, p = len(commands), len(pairs)
-        share, at = np.ones(n), np.zeros(p + n)
-        plans = self._rolled_out(commands)
+        share, at, kept = np.ones(n), np.zeros(p + n), np.ones(n, dtype=np.bool_)
+        plans = self._rolled_out(trials, commands)
         for halving in range(_HALVINGS + 1):
             b.distances_m(plans, pairs, self._around, at)
             short = at < need - _ROUNDING_M
             if not short.any():
-                return plans
-            wrong = np.zeros(n, dtype=np.bool_)
+                return plans[:n], kept
+            wrong = np.zeros(len(plans), dtype=np.bool_)
             wrong[pairs[short[:p]].ravel()] = True
-            wrong |= short[p:]
-            share[wrong] *= 0.5 if halving < _HALVINGS - 1 else 0.0
-            scaled = self._rolled_out(braking + share[:, None] * (commands - braking))
-            plans = np.where((share > 0.0)[:, None, None], scaled, backup)
-        return backup
+            wrong[:n] |= short[p:]
+            share[wrong[:n]] *= 0.5 if halving < _HALVINGS - 1 else 0.0
+            scaled = self._rolled_out(trials, braking + share[:, None] * (commands - braking))[:n]
+            plans[:n] = np.where((share > 0.0)[:, None, None], scaled, backup[:n])
+        if self._certain:
+            return backup[:n], kept
+        return plans[:n], self._without_conflict(plans, pairs, need)
+
+    def _without_conflict(self, plans: Floats, pairs: Ints, need: Floats) -> NDArray[np.bool_]:
+        """Return (n,) which new plans keep all distances, to the plans that others then still may be following."""
+        n, p = len(need) - len(pairs), len(pairs)
+        at = np.zeros(p + n)
+        b.distances_m(plans, pairs, self._around, at)
+        short = at < need - _ROUNDING_M
+        wrong = np.zeros(len(plans), dtype=np.bool_)
+        wrong[pairs[short[:p]].ravel()] = True
+        kept: NDArray[np.bool_] = ~(wrong[:n] | short[p:])
+        return kept
+
+
+class _Trials(NamedTuple):
+    """Robots that get commands together, and plans that cannot be changed now.
+
+    Attributes:
+        who: (n,) robots.
+        fixed: (q, m, 5) plans.
+        owners: (q,) robot of each.
+    """
+
+    who: Ints
+    fixed: Floats
+    owners: Ints
+
+    def near_pairs(self, plans: Floats, range_m: float) -> Ints:
+        """Return (p, 2) numbers of two plans that begin so near to each other, of two robots, and not both fixed."""
+        pairs: Ints = b.near_pairs(plans, range_m)
+        if not len(self.fixed):
+            return pairs
+        owners = np.concatenate((self.who, self.owners))
+        wanted = (owners[pairs[:, 0]] != owners[pairs[:, 1]]) & (pairs[:, 1] < len(self.who))
+        return np.ascontiguousarray(pairs[wanted, ::-1])

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Final
 
 import numpy as np
@@ -161,15 +161,17 @@ class CommittedPlans:
             self.plans[who] = self._claims.plans[proposal]
         self._claims.owners[proposal] = -1
 
-    def update(self, wishes: Sequence[Wish]) -> None:
-        """Let a period pass, and all robots choose new plans.
+    def update(self, wishes: Sequence[Wish], staying: Collection[int] = ()) -> None:
+        """Let a period pass, and robots choose new plans.
 
         Args:
             wishes: Wish of each.
+            staying: Robots that keep the rest of their plans.
         """
         self._pass_time()
         self.changes[:] = 0.0
-        chosen = set(np.flatnonzero(self.proposed).tolist())  # these cannot be asked anything else yet
+        # Those with proposals cannot be asked anything else yet.
+        chosen = {*np.flatnonzero(self.proposed).tolist(), *staying}
         legs = self._legs(wishes)
         left_m = np.array([leg.left_m for leg in legs])
         self._look_for_token(legs, left_m)

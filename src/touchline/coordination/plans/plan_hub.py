@@ -46,7 +46,7 @@ class PlanSettings:
         limits: Limits of plans.
         lag_s: Time constant of the robots' actuators: they are late by that on their plans, all alike.
         margin_m: Distance from its plan at which a robot is still within what plans keep clear.
-        certain: Whether what is sent always arrives at once.
+        certain: Whether what is sent always arrives at once, and is followed.
         avoid: What keeps plans apart; none: nothing.
         resting_s: Time of silence after which a robot is at the end of its plan.
     """
@@ -162,7 +162,7 @@ class PlanHub:
         self._look_for_strays()
         names = list(self._robots)
         before, open_before = self._plans.plans.copy(), self._plans.proposed
-        self._plans.update(self._wishes(names))
+        self._plans.update(self._wishes(names), self._unheard)
         self.interventions.note(names, self._plans.changes)
         self._nearest_m = self._plans.closest_m
         new = self._plans.proposed & ~open_before
@@ -211,19 +211,37 @@ class PlanHub:
         self.goals = {name: (x, y) for name, (x, y) in zip(names, goals.tolist(), strict=True)}
         return [GoalWish(x, y) for x, y in goals.tolist()]
 
+    @property
+    def _unheard(self) -> list[int]:
+        """Robots that follow what they were sent for certain, and are not there to be sent anything else."""
+        if not self.settings.certain:
+            return []
+        return [who for who, robot in enumerate(self._robots.values()) if robot.heard_s < self._now_s]
+
     def _look_for_strays(self) -> None:
         """Look how far robots are off their plans.
 
         Raises:
-            OffPlan: One is too far off.
+            OffPlan: One is too far off, or does not follow what it was sent for certain.
         """
         for name, robot in self._robots.items():
             self._off_m[name] = self._off_plan_m(robot)
         if self.settings.avoid == "none":
             return
         for name, off_m in self._off_m.items():
+            state, followed = self._robots[name].newest, self._robots[name].followed
+            if self.settings.certain and state.decided >= followed.number != state.adopted:
+                raise OffPlan(f"robot {name} has refused its plan, as it is to stand; all are stopped")
             if off_m > self.settings.margin_m:
                 raise OffPlan(f"robot {name} is {off_m:.3f} m off its plan; all are stopped")
+            if self.settings.certain and self._has_missed(self._robots[name]):
+                raise OffPlan(f"robot {name} has missed its plan, and follows an older one; all are stopped")
+
+    @staticmethod
+    def _has_missed(robot: _Robot) -> bool:
+        """Return whether a robot reports that it does not follow its plan, although it should have it by then."""
+        state, followed = robot.newest, robot.followed
+        return state.adopted != followed.number and state.stamp_s > followed.plan_branch_s + _NEARLY_S
 
     def _off_plan_m(self, robot: _Robot) -> float:
         """Return how far a robot believes to be from where its plan is, once its actuators have caught up (m)."""
@@ -290,7 +308,7 @@ def _plans(poses: Floats, area: FreeArea, settings: PlanSettings) -> CommittedPl
         TooNear: Two robots, or one and a wall, are nearer than plans may be.
     """
     if settings.avoid == "barriers":
-        return BarrierPlans(poses, area, settings.limits)
+        return BarrierPlans(poses, area, settings.limits, certain=settings.certain)
     return CommittedPlans(poses, area, settings.limits, certain=settings.certain, apart=settings.avoid == "plans")
 
 

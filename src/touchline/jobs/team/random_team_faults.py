@@ -10,6 +10,8 @@ import numpy as np
 from touchline.schemas.faults import Fault, parse_fault
 from touchline.schemas.team import LOSSY_LEASE_S, Freeze, TeamLinks, TeamScenario
 
+_KINDS: Final = ("camera-outage", "wheel-blocked", "bumper", "battery-low", "frozen", "dead")
+_KINDS_BY_PLANS: Final = ("battery-low", "camera-outage")
 _FAULTY: Final = 0.4
 """Share of the robots with a fault."""
 _LOSSY: Final = 0.5
@@ -21,6 +23,8 @@ _STARTS_S: Final = (2.0, 20.0)
 def with_random_faults(team: TeamScenario, seed: int) -> TeamScenario:
     """Return the team with faults of some robots: lost poses, blocked wheels, dead computers, and so on.
 
+    A team that drives by plans has those with which robots can follow them.
+
     Args:
         team: A team without faults.
         seed: Seed of the timeline.
@@ -31,7 +35,7 @@ def with_random_faults(team: TeamScenario, seed: int) -> TeamScenario:
     faults: dict[str, tuple[Fault, ...]] = {}
     frozen: dict[str, tuple[Freeze, ...]] = {}
     for name in rng.choice(names, count, replace=False).tolist():
-        kind = rng.choice(["camera-outage", "wheel-blocked", "bumper", "battery-low", "frozen", "dead"])
+        kind = rng.choice(_KINDS_BY_PLANS if team.by_plans else _KINDS)
         start_s = round(float(rng.uniform(*_STARTS_S)), 2)
         lasts_s = round(float(rng.uniform(2.0, 20.0)), 2)
         if kind in ("frozen", "dead"):

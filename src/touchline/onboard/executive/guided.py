@@ -69,7 +69,7 @@ class GuidedDrive:
             raise CommandRefused(f"cannot be guided: the robot cannot turn on the spot, as cells need it; {remedy}")
         self._drive, self._estimator, self._watch, self._computer = drive_of(vehicle), estimator, watch, computer
         self._cell, self._plan = CellKeeper(team), PlanKeeper() if plans else None
-        self._aligned = False
+        self._aligned, self._halted_tick = False, -1
         computer.leg.reset(half_tick_share=1.0 - math.exp(-0.5 * TICK_S / max(self._drive.lag_s, TICK_S)))
         computer.guidance.reset()
         limits = SteeringLimits(
@@ -109,7 +109,8 @@ class GuidedDrive:
 
     def _receive_plan(self, keeper: PlanKeeper, guidance: Guidance) -> bool:
         """Take a plan; it ends at rest, so it needs no lease."""
-        taken = keeper.receive(guidance, self._computer.clock.tick)
+        tick = self._computer.clock.tick
+        taken = keeper.receive(guidance, tick, halts=tick == self._halted_tick)
         last_tick = int(np.iinfo(np.int64).max)
         self.course = self.course._replace(plan=keeper.plan, plan_tick=keeper.plan_tick, until_tick=last_tick)
         return taken
@@ -173,8 +174,12 @@ class GuidedDrive:
         return Step(self._computer.command.command)
 
     def rest(self) -> Asking[Command]:
-        """Run one tick of braking straight ahead."""
+        """Run one tick of braking straight ahead, or of what is left of a plan, which others keep clear."""
         yield from ()  # there is no follower to be asked
+        self._halted_tick = self._computer.clock.tick
+        if self._plan is not None and not self._plan.over(self._computer.clock.tick):
+            drive_on(self._computer.array, self.course)
+            return self._computer.command.command
         if self.standing and self._computer.guidance.speed_mps == 0.0:
             return self.stop_hard()
         drive_on(self._computer.array, self.course._replace(until_tick=-1))
@@ -182,6 +187,7 @@ class GuidedDrive:
 
     def stop_hard(self) -> Command:
         """Run one tick of braking as hard as the wheels can."""
+        self._halted_tick = self._computer.clock.tick
         self._computer.guidance.reset()
         command = self._computer.command
         return command.give(command.standstill)

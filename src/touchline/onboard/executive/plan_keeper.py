@@ -6,12 +6,13 @@ coordinator that keeps both clear until it hears which one is followed never has
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.timed_motion import COLUMNS, SPEED, YAW_RATE
+from touchline.core.timed_motion import COLUMNS, SPEED, STEP_S, YAW_RATE
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.schemas.messages import Guidance
 from touchline.schemas.messages.team_messages import FIRST_CELL
@@ -37,12 +38,17 @@ class PlanKeeper:
         self.plan_tick = 0
         self.adopted = self.decided = FIRST_CELL
 
-    def receive(self, guidance: Guidance, tick: int) -> bool:
+    def over(self, tick: int) -> bool:
+        """Return whether its plan is at rest by a tick."""
+        return tick >= self.plan_tick + math.ceil(len(self.plan) * STEP_S * TICKS_PER_S)
+
+    def receive(self, guidance: Guidance, tick: int, *, halts: bool = False) -> bool:
         """Take guidance, in any order, late or doubled.
 
         Args:
             guidance: The message.
             tick: Now.
+            halts: Whether the robot is to stand, so that it refuses newer plans.
 
         Returns:
             Whether it holds a plan that can be followed by anybody.
@@ -57,7 +63,7 @@ class PlanKeeper:
         if guidance.number > self.decided:
             self.decided = guidance.number
             branch_tick = round(guidance.plan_branch_s * TICKS_PER_S)
-            if guidance.plan_base == self.adopted and tick <= branch_tick:
+            if guidance.plan_base == self.adopted and tick <= branch_tick and not halts:
                 self.adopted, self.plan = guidance.number, plan
                 self.plan_tick = round(guidance.plan_start_s * TICKS_PER_S)
         return True

@@ -1,0 +1,80 @@
+"""Parts of a standby: whom it takes over, what it remembers of the task, and how time passes without robots."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from touchline.bus import Answer, Bus, BusConfig
+from touchline.coordination.start_poses import free_area
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.messages import SetOwnerRequest, SetOwnerResponse
+from touchline.schemas.team import TeamScenario
+from touchline.services.coordinator.service import TeamService, _Phase
+from touchline.services.coordinator.take_over import TakeOver
+from touchline.services.coordinator.team_memory import TeamMemory, read_journal
+
+TEAM = TeamScenario.model_validate({"robots": 2, "avoid": "plans"})
+
+
+class Robot:
+    """A robot that "old" guides in epoch 3, as its bus; its answers come at once."""
+
+    session_id = "new"
+
+    def __init__(self, there: set[str]) -> None:
+        self._there, self._owner, self._epoch = there, "old", 3
+
+    def sessions(self, _: str) -> frozenset[str]:
+        return frozenset(self._there)
+
+    def ask(self, _: Any, payload: bytes, __: float) -> Robot:
+        request = decode(SetOwnerRequest, payload)
+        taken = request.epoch > self._epoch
+        if taken:
+            self._owner, self._epoch = request.coordinator, request.epoch
+        response = SetOwnerResponse(success=taken, message="-", coordinator=self._owner, epoch=self._epoch)
+        self._answer = Answer(encode(response), None)
+        return self
+
+    def poll(self) -> Answer:
+        return self._answer
+
+
+def test_robots_of_a_coordinator_that_is_on_the_bus_are_not_taken_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("touchline.services.coordinator.take_over._AGAIN_S", 0.0)
+    there = {"old", "new"}
+    taking = TakeOver({name: cast(Bus, Robot(there)) for name in "ab"})
+    assert not taking.turn()
+    assert taking.former_is_back
+    assert taking.waits_for["a"] == "obeys session old, which is on the bus"
+    there.discard("old")
+    assert not taking.turn()
+    assert not taking.former_is_back
+    assert taking.turn()
+    assert taking.epoch == 4
+
+
+def test_a_journal_is_of_the_same_team_or_counts_for_nothing(tmp_path: Path) -> None:
+    file, without = tmp_path / "team.json", TeamMemory(team=TEAM)
+    assert read_journal(file, TEAM) == without
+    file.write_text("{")
+    assert read_journal(file, TEAM) == without
+    kept = TeamMemory(team=TEAM.model_copy(update={"duration_s": 7.0}))
+    file.write_text(kept.model_dump_json())
+    assert read_journal(file, TEAM) == kept
+    other = TeamScenario.model_validate({"robots": 3, "avoid": "plans"})
+    assert read_journal(file, other) == TeamMemory(team=other)
+
+
+def test_no_time_passes_while_no_robot_is_heard(bus_config: BusConfig) -> None:
+    with Bus.open(topics.COORDINATOR, bus_config.of(topics.TEAM_NAMESPACE)) as bus:
+        service = TeamService(bus, TEAM, free_area(TEAM), lockstep=True, alone=False)
+        service._phase, begun_s = _Phase.GUIDING, service.figures["sim_time_s"]
+        for link in service._links.values():
+            link.heard_at_s = -1e9
+        assert not any(service.turn() for _ in range(5))
+        assert service.figures["sim_time_s"] == begun_s
