@@ -53,9 +53,9 @@ class GnssSheet(GrownSpec):
     stamp_offset_s: Annotated[float, Field(ge=-0.2, le=0.2)] = 0.0
     """Time of a fix's measurement less its stamp, as `touchline calibrate` finds it."""
     stamp_offset_sigma_s: Annotated[float, Field(ge=0, le=0.1)] = 0.01
-    """How well that is known, 1 σ; 0: not to be estimated."""
+    """Uncertainty of that, 1 σ; 0: not to be estimated."""
     antenna_sigma_m: Annotated[float, Field(ge=0, le=0.1)] = 0.01
-    """How well the antenna's place in the body is known, 1 σ an axis (tape measure: 1 cm); 0: not to be estimated."""
+    """Uncertainty of the antenna's place in the body, 1 σ an axis (tape measure: 1 cm); 0: not to be estimated."""
 
     later_fields = ("jump_fixes", "stamp_offset_s", "stamp_offset_sigma_s", "antenna_sigma_m")
 
@@ -113,7 +113,7 @@ class ImuSheet(GrownSpec):
     """Share by which the gyro reads more than the true rate, as `touchline calibrate` finds it."""
 
     gyro_scale_sigma: Annotated[float, Field(ge=0, le=0.1)] = 0.005
-    """How well that is known, 1 σ as a share; 0: not to be estimated."""
+    """Uncertainty of that, 1 σ as a share; 0: not to be estimated."""
 
     later_fields = ("gyro_scale_relative", "gyro_scale_sigma")
 

@@ -264,7 +264,7 @@ class Checkpoint(NamedTuple):
     """This and the next have the meaning that they have in `Status`."""
     follower_fallbacks: int = 0
     learned: tuple[float, ...] = ()
-    """What the estimator had learned of the robot, see `Estimator.learned`."""
+    """Figures that the estimator had learned of the robot, see `Estimator.learned`."""
 
 
 class OnboardEvent(NamedTuple):

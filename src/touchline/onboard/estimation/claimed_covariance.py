@@ -93,4 +93,5 @@ def _course_variance(c: ComputerState) -> float:
     learned, (by_east, by_north) = c.filter.learned, _drift(c)
     variance: float = c.filter.covariances[c.times.tick % m.RING, m.HEADING, m.HEADING]
     variance += by_east * by_east * learned.east_var + by_north * by_north * learned.north_var
-    return variance + 2.0 * by_east * by_north * learned.east_north
+    variance += 2.0 * by_east * by_north * learned.east_north
+    return variance
