@@ -153,7 +153,7 @@ class Estimator:
 
     @property
     def learned(self) -> tuple[float, ...]:
-        """Figures of the robot that it has learned, which stays wherever that is carried; () before there is an estimate.
+        """Figures of the robot that it has learned and that stay wherever it is; () before there is an estimate.
 
         Constants less what the files say, their variances, bias of the left accelerometer [m/s²] and its variance.
         """
