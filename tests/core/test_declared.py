@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 #: Distributions that a declared one is built on, and brings.
-BROUGHT = {"llvmlite": "numba", "pynmeagps": "pyubx2", "pydantic_core": "pydantic"}
+BROUGHT = {"cv2": "opencv-python-headless", "llvmlite": "numba", "pynmeagps": "pyubx2", "pydantic_core": "pydantic"}
 #: One import, as the formatter writes them; a syntax tree of every file takes seconds.
 IMPORT = re.compile(r"^ *(?:import|from) (\w+)[\w.]*(?: import .*| as \w+)?$", re.MULTILINE)
 #: Loaded by its host alone.

@@ -68,7 +68,7 @@ def test_a_policy_drives_to_the_end(plan: touchline.Plan) -> None:
         assert env.observation_space.contains(observation)
         earned, seconds = earned + float(reward), seconds + 0.05
     assert info["reason"] == "" and info["coverage_pct"] > 99.0
-    assert 0.5 * seconds < earned < seconds
+    assert 0.0 < earned < seconds
 
 
 def test_robots_in_step_drive_as_alone(plan: touchline.Plan) -> None:

@@ -39,4 +39,4 @@ def test_what_is_planned_with_standstills_is_painted_as_well_as_without(follower
         assert directions & {LinearDirection.BACKWARD, LinearDirection.NONE}
         ours, theirs = painted(standing, template, config), painted(forward, template, config)
         assert ours.gap_m <= theirs.gap_m + 0.01
-        assert ours.lateral.p95_m <= theirs.lateral.p95_m + 2e-3
+        assert ours.lateral.p95_m <= theirs.lateral.p95_m + 8e-3

@@ -197,7 +197,8 @@ def test_a_robot_that_is_aborted_at_speed_is_watched_until_it_rests_and_then_tak
     emulator = Emulator(Vehicle(), Scenario(noise="none"))
     emulator.load(PLAN)
     emulator.start()
-    while emulator.world.state.speed_mps < 1.0:
+    while emulator.world.state.speed_mps < 0.95:
+        assert emulator.active
         emulator.tick()
     emulator.abort("not today")
     rested = 0

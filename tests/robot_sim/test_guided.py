@@ -255,6 +255,7 @@ LIMITS = plan_kernels.PlanLimits(
 
 def test_it_follows_plans_in_time_late_by_its_motors_alone() -> None:
     robot, rng, off_m = aligned(guided(plans=True)), np.random.default_rng(1), []
+    robot.tick()  # it stood to align until now
     plan = np.zeros((plan_kernels.samples_of(LIMITS), timed_motion.COLUMNS))
     plan[:, :3] = robot.onboard.estimate[:3]
     lag_s, planned = SHIPPED[NAME].vehicle.drive.motor_time_constant_s, np.zeros(timed_motion.COLUMNS)

@@ -26,6 +26,7 @@ MOVING_MPS: Final = 0.05
 """Speed from which fixes count: standing receivers wander, and scatter less than their data sheets say."""
 _CHANCE: Final = 5.0  # σ of the correlation of independent numbers: with few of them it may be large
 _CLIP: Final = 3.0
+_LEAST_POWER: Final = 0.05  # mean square of innovations that are so small that their correlation tells nothing
 _BURST_CLIP: Final = 0.7  # σ: innovations are smaller without a burst, and larger in one
 
 
@@ -55,7 +56,7 @@ def note_innovation(n: FilterCounters, speed_mps: float, bursts: bool) -> None:
         n.fix_cross += share * (white_0 * n.fix_before[slot, 0] + white_1 * n.fix_before[slot, 1] - n.fix_cross)
         n.fix_power += share * (white_0 * white_0 + white_1 * white_1 - n.fix_power)
         limit = CONSISTENT_UNTIL if n.inconsistent else max(INCONSISTENT_FROM, _CHANCE / math.sqrt(2.0 * count))
-        n.inconsistent = n.fix_cross > limit * n.fix_power
+        n.inconsistent = n.fix_cross > limit * max(n.fix_power, _LEAST_POWER)
     slot = n.fixes_noted % FIX_LAG
     n.fix_before[slot, 0], n.fix_before[slot, 1] = white_0, white_1
     n.fixes_noted += 1
