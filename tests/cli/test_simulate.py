@@ -119,7 +119,7 @@ def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh, corner,
 @pytest.mark.xdist_group("over-zenoh")  # one worker runs it
 def test_files_and_options_are_lived_by_all_processes_of_a_run(over_zenoh, corner, simulation_of):
     run, _ = over_zenoh
-    usual = simulation_of(corner[0], "--json", "--seed", "7")
+    usual = simulation_of(corner[0], "--json", "--seed", "7", "--noise", "none")
     assert run["hash"]["scenario"] != usual["hash"]["scenario"]
     assert run["plan"]["max"] != usual["plan"]["max"]
     assert (run["vehicle"], run["seed"], run["follower"]) == ("small-robot", 3, "pure-pursuit")
