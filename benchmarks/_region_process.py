@@ -107,7 +107,7 @@ class Link:
 
 
 class Repeats:
-    """What has been sent a moment ago, and need not be sent again yet."""
+    """Letters sent a moment ago, which need not be sent again yet."""
 
     def __init__(self) -> None:
         self._sent_s: dict[Hashable, float] = {}
@@ -188,7 +188,7 @@ class RegionProcess:
 
 
 def _name_of(letter: Letter) -> Hashable:
-    """What tells a letter from others: its version counts, not the plans in it."""
+    """Return the mark by which a letter is told from others: its version counts, not the plans in it."""
     return letter.to, type(letter.message).__name__, letter.message[:3] if len(letter.message) > 2 else letter.message
 
 

@@ -101,20 +101,20 @@ def _anywhere(rng: np.random.Generator) -> dict[int, TagPose]:
 def _poses(
     camera: PinholeCamera, known: PinholeCamera, robots: dict[int, TagPose], rng: np.random.Generator
 ) -> dict[int, TagPose]:
-    """What the base station makes of a picture."""
+    """Poses that the base station finds in a picture."""
     picture = taken(camera, robots, TAG_HEIGHT_M, rng)
     return {number: pose_of(known, corners) for number, corners in found(picture).items()}
 
 
 def _is_whole(camera: PinholeCamera, pose: TagPose) -> bool:
-    """Whether a tag with its rim is within the picture."""
+    """Return True if a tag with its rim is within the picture."""
     around = 0.14 * np.array([(1, 0), (-1, 0), (0, 1), (0, -1)]) + np.array(pose[:2])
     pixels = camera.pixels(around, TAG_HEIGHT_M)
     return bool((pixels >= 0.0).all() and (pixels <= np.array(camera.size_px)).all())
 
 
 def _error(one: TagPose, other: TagPose) -> tuple[float, float]:
-    """How far two poses differ: m, rad."""
+    """Differences of two poses: m, rad."""
     return math.dist(one[:2], other[:2]), math.remainder(one.heading_rad - other.heading_rad, math.tau)
 
 

@@ -23,8 +23,8 @@ from touchline.onboard.computer_state import Computer, ReceivedFix
 from touchline.onboard.control import PurePursuitFollower
 from touchline.onboard.control.follower import Asking, FollowerInput, answered
 from touchline.onboard.control.pure_pursuit import PursuitLimits, PursuitMemory, pursue
-from touchline.onboard.estimation.claimed_covariance import claim, claimed_heading_sigma, claimed_position_sigma
-from touchline.onboard.estimation.filter_tick import speed_now_mps
+from touchline.onboard.estimation.claimed_covariance import claimed_heading_sigma, claimed_position_sigma
+from touchline.onboard.estimation.filter_tick import enter_estimate
 from touchline.onboard.estimation.report import enter_report
 from touchline.onboard.executive.guided_tick import GuidedCourse, guide, stopping_point
 from touchline.onboard.interface import SensorFrame
@@ -183,20 +183,8 @@ def _held(computer: Computer) -> HeldCommand:
 def _keep(row: Floats, progress: Sequence[TickProgress], hardware: Hardware, computer: Computer) -> None:
     """Log a tick in a row."""
     tick, fixes, transport = progress[0].tick, progress[0].fixes, hardware.sensing.transport[0]
-    slot = tick % model.RING
     tick_log.note(row, tick, hardware.world.state, transport.readings, _held(computer))
-    x, P = computer[0].filter.states[slot], computer[0].filter.covariances[slot]
-    claimed = np.empty((3, 3))
-    claim(computer[0], claimed)
-    pose = row[tick_log.ESTIMATE : tick_log.COVARIANCE]
-    pose[0], pose[1], pose[2] = x[model.EAST], x[model.NORTH], x[model.HEADING]
-    pose[3], pose[4] = speed_now_mps(computer), x[model.YAW_RATE]
-    for i in range(3):
-        for j in range(3):
-            row[tick_log.COVARIANCE + 3 * i + j] = claimed[i, j]
-    twist = row[tick_log.TWIST_COVARIANCE : tick_log.TRUTH]
-    twist[0], twist[1] = P[model.SPEED, model.SPEED], P[model.SPEED, model.YAW_RATE]
-    twist[2], twist[3] = P[model.YAW_RATE, model.SPEED], P[model.YAW_RATE, model.YAW_RATE]
+    enter_estimate(computer, row[tick_log.ESTIMATE : tick_log.TRUTH])
     if tick % tick_log.ESTIMATOR_TICKS == 0:
         enter_report(
             computer[0].filter.counters,

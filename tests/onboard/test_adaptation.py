@@ -14,7 +14,7 @@ from touchline.onboard.interface import Command
 
 
 def due_after(white):
-    """Whether a blind run was ever due in (n, 2) innovations of a moving robot."""
+    """Return True if a blind run was ever due in (n, 2) innovations of a moving robot."""
     counters, due = FilterCounters(), False
     for counters.fix_white_0, counters.fix_white_1 in white.tolist():
         note_innovation(counters.array[0], 1.0, True)

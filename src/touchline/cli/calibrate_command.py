@@ -8,7 +8,7 @@ import typer
 from rich.table import Table
 
 from touchline.cli.display import print_event, print_figures, print_json, print_table, progress_bar
-from touchline.cli.options import ExitCode, JsonOption, RecordingArgument
+from touchline.cli.options import ExitCode, JsonOption, RecordedRobotOption, RecordingArgument
 from touchline.schemas.messages import Event
 
 if TYPE_CHECKING:
@@ -23,9 +23,7 @@ def register(app: typer.Typer) -> None:
 def calibrate(
     file: RecordingArgument,
     *,
-    robot: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Robot to use, if the recording holds several.")
-    ] = None,
+    robot: RecordedRobotOption = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="FOLDER", help="Write vehicle.json and onboard.json with what was found to this folder."),
@@ -36,9 +34,9 @@ def calibrate(
 
     What the drive does not tell has no number. Exit code 1, and no files, if nothing may be taken over.
     """
-    from touchline.checking.calibrating.calibration_files import write_files
     from touchline.checking.calibrating.drive_calibration import calibrate as calibrated
     from touchline.checking.recorded_session import NotRebuilt
+    from touchline.checking.spec_files import write_specs
     from touchline.schemas.errors import SpecError
 
     with progress_bar("Calibrate") as advance:
@@ -53,7 +51,7 @@ def calibrate(
     if not found.believed:
         sys.exit(ExitCode.FAILED)
     if out is not None:
-        for path in write_files(found, out):
+        for path in write_specs({"vehicle.json": found.setup.vehicle, "onboard.json": found.setup.onboard}, out):
             print_event(Event.INFO, f"written: {path}")
 
 

@@ -10,7 +10,7 @@ import typer
 from touchline.checking.estimating.reference_frame import FrameFit
 from touchline.cli.display import print_event, print_figures, print_json, progress_bar
 from touchline.cli.groups import with_groups
-from touchline.cli.options import ExitCode, JsonOption, RecordingArgument, check_plot
+from touchline.cli.options import ExitCode, JsonOption, RecordedRobotOption, RecordingArgument, check_plot
 from touchline.schemas.messages import Event
 
 
@@ -23,9 +23,7 @@ def register(app: typer.Typer) -> None:
 class EstimateChoice:
     """Robot, reference and picture of an estimate."""
 
-    robot: Annotated[str | None, typer.Option(metavar="NAME", help="Robot to use, if the recording holds several.")] = (
-        None
-    )
+    robot: RecordedRobotOption = None
     onboard: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Onboard JSON file whose values replace those of the session."),

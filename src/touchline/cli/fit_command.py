@@ -7,7 +7,7 @@ import typer
 from rich.table import Table
 
 from touchline.cli.display import print_event, print_json, print_table, progress_bar
-from touchline.cli.options import JsonOption, RecordingArgument
+from touchline.cli.options import JsonOption, RecordedRobotOption, RecordingArgument
 from touchline.schemas.messages import Event
 
 if TYPE_CHECKING:
@@ -22,9 +22,7 @@ def register(app: typer.Typer) -> None:
 def fit(
     file: RecordingArgument,
     *,
-    robot: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Robot to use, if the recording holds several.")
-    ] = None,
+    robot: RecordedRobotOption = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="FOLDER", help="Write scenario.json and onboard.json to this folder."),
@@ -35,8 +33,8 @@ def fit(
 
     Prints the log's statistics; one that the log does not tell has no number, and its cause stays as by default.
     """
-    from touchline.checking.reality.fit_files import write_fit
     from touchline.checking.reality.log_fit import fit_log
+    from touchline.checking.spec_files import write_specs
 
     with progress_bar("Fit") as advance:
         _, found = fit_log(file, robot, lambda done: advance(done, ""))
@@ -48,7 +46,7 @@ def fit(
     else:
         _print(file, found)
     if out is not None:
-        for path in write_fit(found, out):
+        for path in write_specs({"scenario.json": found.scenario, "onboard.json": found.onboard}, out):
             print_event(Event.INFO, f"written: {path}")
 
 

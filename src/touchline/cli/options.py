@@ -60,6 +60,9 @@ RobotsOption = Annotated[
 ]
 _ROBOT_HELP = "Namespace of the robot (default: $TOUCHLINE_NAMESPACE, or tt2)."
 RobotOption = Annotated[str | None, typer.Option("--robot", metavar="NAME", help=_ROBOT_HELP)]
+RecordedRobotOption = Annotated[
+    str | None, typer.Option("--robot", metavar="NAME", help="Robot to use, if the recording holds several.")
+]
 SomeRobotsOption = Annotated[
     list[str] | None,
     typer.Option(

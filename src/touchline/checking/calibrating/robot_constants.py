@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import reduce
 from typing import Any, Final, NamedTuple, TypeVar, cast
 
-from touchline.onboard.estimation.learned_constants import FLOORS
+from touchline.onboard.estimation.learned_constants import FLOORS, NAMES
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec
 
@@ -49,7 +49,7 @@ class Constant(NamedTuple):
 
 
 GYRO_SCALE: Final = Constant(
-    name="gyro scale",
+    name=NAMES[0],
     path=("onboard", "imu", "gyro_scale_relative"),
     sigma_path=("onboard", "imu", "gyro_scale_sigma"),
     unit="",
@@ -60,7 +60,7 @@ GYRO_SCALE: Final = Constant(
     needs=("turns_both_ways",),
 )
 ANTENNA_X: Final = Constant(
-    name="antenna forward",
+    name=NAMES[1],
     path=("vehicle", "body", "gnss_antenna_x_m"),
     sigma_path=("onboard", "gnss", "antenna_sigma_m"),
     unit="m",
@@ -70,11 +70,9 @@ ANTENNA_X: Final = Constant(
     step=1e-4,
     needs=("turns_about",),
 )
-ANTENNA_Y: Final = ANTENNA_X._replace(
-    name="antenna left", path=("vehicle", "body", "gnss_antenna_y_m"), floor=FLOORS[2]
-)
+ANTENNA_Y: Final = ANTENNA_X._replace(name=NAMES[2], path=("vehicle", "body", "gnss_antenna_y_m"), floor=FLOORS[2])
 STAMP_OFFSET: Final = Constant(
-    name="stamp offset",
+    name=NAMES[3],
     path=("onboard", "gnss", "stamp_offset_s"),
     sigma_path=("onboard", "gnss", "stamp_offset_sigma_s"),
     unit="s",

@@ -21,31 +21,31 @@ Floats = NDArray[np.float64]
 
 
 @kernel
-def claim(c: ComputerState, P: Floats) -> None:
+def claim(c: ComputerState, row: Floats) -> None:
     """Fill in the covariance of the newest pose.
 
     Args:
         c: State with an estimate.
-        P: (3, 3) filled in: east [m], north [m], heading [rad].
+        row: (9,) filled in, row by row: east [m], north [m], heading [rad].
     """
     slot, learned, mast = c.times.tick % m.RING, c.filter.learned, c.filter.figures.mast_s2
     by_east, by_north = _drift(c)
     for i in range(3):
         for k in range(3):
-            P[i, k] = c.filter.covariances[slot, i, k]
-    P[0, 0] += mast * mast * learned.east_var
-    P[0, 1] += mast * mast * learned.east_north
-    P[1, 1] += mast * mast * learned.north_var
-    P[0, 2] += mast * (by_east * learned.east_var + by_north * learned.east_north)
-    P[1, 2] += mast * (by_east * learned.east_north + by_north * learned.north_var)
-    P[2, 2] = _course_variance(c) + c.filter.figures.crab_var
-    P[1, 0], P[2, 0], P[2, 1] = P[0, 1], P[0, 2], P[1, 2]
+            row[3 * i + k] = c.filter.covariances[slot, i, k]
+    row[0] += mast * mast * learned.east_var
+    row[1] += mast * mast * learned.east_north
+    row[4] += mast * mast * learned.north_var
+    row[2] += mast * (by_east * learned.east_var + by_north * learned.east_north)
+    row[5] += mast * (by_east * learned.east_north + by_north * learned.north_var)
+    row[8] = _course_variance(c, by_east, by_north) + c.filter.figures.crab_var
+    row[3], row[6], row[7] = row[1], row[2], row[5]
 
 
 @kernel
-def claim_pose(computer: Computer, P: Floats) -> None:
+def claim_pose(computer: Computer, row: Floats) -> None:
     """Fill in the covariance of the newest pose, as `claim` does; `computer` is (1,)."""
-    claim(computer[0], P)
+    claim(computer[0], row)
 
 
 @kernel
@@ -67,7 +67,8 @@ def claimed_heading_sigma(c: ComputerState) -> float:
     Args:
         c: State with an estimate.
     """
-    return math.sqrt(_course_variance(c) + c.filter.figures.crab_var)
+    by_east, by_north = _drift(c)
+    return math.sqrt(_course_variance(c, by_east, by_north) + c.filter.figures.crab_var)
 
 
 @kernel
@@ -77,7 +78,8 @@ def course_sigma(c: ComputerState) -> float:
     Args:
         c: State with an estimate.
     """
-    return math.sqrt(_course_variance(c))
+    by_east, by_north = _drift(c)
+    return math.sqrt(_course_variance(c, by_east, by_north))
 
 
 @kernel
@@ -89,8 +91,8 @@ def _drift(c: ComputerState) -> tuple[float, float]:
 
 
 @kernel
-def _course_variance(c: ComputerState) -> float:
-    learned, (by_east, by_north) = c.filter.learned, _drift(c)
+def _course_variance(c: ComputerState, by_east: float, by_north: float) -> float:
+    learned = c.filter.learned
     variance: float = c.filter.covariances[c.times.tick % m.RING, m.HEADING, m.HEADING]
     variance += by_east * by_east * learned.east_var + by_north * by_north * learned.north_var
     variance += 2.0 * by_east * by_north * learned.east_north

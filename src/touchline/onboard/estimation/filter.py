@@ -128,7 +128,7 @@ class Estimator:
         self._accels: deque[float] = deque(maxlen=_GATHERED_TICKS)
         self._told = config.odometry if vehicle.positioning == ODOMETRY else None
         self._jump_fixes = config.gnss.jump_fixes
-        self._known: tuple[float, ...] = ()
+        start_learning(self.ring.figures, self.ring.learned)
         self.restart()
 
     def restart(self, told: tuple[float, float, float] | None = None, learned: tuple[float, ...] = ()) -> None:
@@ -138,7 +138,7 @@ class Estimator:
             told: Pose by people's knowledge: east [m], north [m], heading [rad]; odometry alone has nothing else.
             learned: What another process had learned of this robot, see `learned`.
         """
-        self._known = self.learned or learned or self._known
+        known = learned if learned and not self.started else self.learned
         self._told_pose = told
         self.times.reset()
         self._gather_anew()
@@ -146,22 +146,21 @@ class Estimator:
         self.ring.update_counts[:] = 0
         self.ring.inputs.reset()  # nothing of it is learned from
         start_learning(self.ring.figures, self.ring.learned)
-        if self._known:
-            self._recall(self._known)
+        self._recall(known)
         self.counters.reset()
         self.ring.blind.reset()
 
     @property
     def learned(self) -> tuple[float, ...]:
-        """Figures of the robot that it has learned and that stay wherever it is; () before there is an estimate.
+        """Figures of the robot that it has learned, and that stay wherever it is.
 
         Constants less what the files say, their variances, bias of the left accelerometer [m/s²] and its variance.
         """
-        if not self.started:
-            return ()
         kept = self.ring.learned
-        variances = np.diag(self.covariance)[m.CONSTANTS]
-        return (*self.state[m.CONSTANTS].tolist(), *variances.tolist(), kept.side_bias_mps2, kept.bias_var)
+        constants, variances = kept.constants, kept.constant_var
+        if self.started:
+            constants, variances = self.state[m.CONSTANTS], np.diag(self.covariance)[m.CONSTANTS]
+        return (*constants.tolist(), *variances.tolist(), kept.side_bias_mps2, kept.bias_var)
 
     def _recall(self, learned: tuple[float, ...]) -> None:
         kept, count = self.ring.learned, len(self.ring.learned.constants)
@@ -260,9 +259,9 @@ class Estimator:
     @property
     def pose_covariance(self) -> Floats:
         """Covariance of the pose that is claimed, (3, 3) east [m], north [m], heading [rad]; see `claim`."""
-        claimed = np.empty((3, 3))
-        claim_pose(self._computer.array, claimed)
-        return claimed
+        row = np.empty(9)
+        claim_pose(self._computer.array, row)
+        return row.reshape(3, 3)
 
     def speed_now_mps(self) -> float:
         """Return the speed at the end of the tick [m/s]."""

@@ -13,6 +13,7 @@ from touchline.core.jit import kernel
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import Computer, FilterTimes, ReceivedFix
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED, FIX_NONE, enter_fix
+from touchline.onboard.estimation.claimed_covariance import claim
 from touchline.onboard.estimation.delayed_fusion import advance, take_fix
 from touchline.onboard.estimation.learned_constants import note_differences
 from touchline.onboard.estimation.sample_buffer import take_samples
@@ -96,3 +97,20 @@ def speed_now_mps(computer: Computer) -> float:
         return speed_mps
     speed_mps += 0.5 * TICK_S * accel_mps2
     return speed_mps
+
+
+@kernel
+def enter_estimate(computer: Computer, row: Floats) -> None:
+    """Enter the estimate at the end of the tick.
+
+    Args:
+        computer: (1,) state.
+        row: (18,) filled in: pose and twist as in `interface.Estimate`, then their covariances row by row.
+    """
+    slot = computer[0].times.tick % m.RING
+    x, P = computer[0].filter.states[slot], computer[0].filter.covariances[slot]
+    row[0], row[1], row[2] = x[m.EAST], x[m.NORTH], x[m.HEADING]
+    row[3], row[4] = speed_now_mps(computer), x[m.YAW_RATE]
+    claim(computer[0], row[5:14])
+    row[14], row[15] = P[m.SPEED, m.SPEED], P[m.SPEED, m.YAW_RATE]
+    row[16], row[17] = P[m.YAW_RATE, m.SPEED], P[m.YAW_RATE, m.YAW_RATE]

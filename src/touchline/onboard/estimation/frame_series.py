@@ -15,8 +15,8 @@ from touchline.core.arrays import copy
 from touchline.core.jit import kernel
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import Computer, ReceivedFix
-from touchline.onboard.estimation.claimed_covariance import claim, claimed_heading_sigma, claimed_position_sigma
-from touchline.onboard.estimation.filter_tick import speed_now_mps, take_frame
+from touchline.onboard.estimation.claimed_covariance import claimed_heading_sigma, claimed_position_sigma
+from touchline.onboard.estimation.filter_tick import enter_estimate, take_frame
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -92,16 +92,5 @@ def note_estimate(computer: Computer, row: Floats) -> None:
         computer: (1,) state.
         row: (COLUMNS,) filled in.
     """
-    slot = computer[0].times.tick % m.RING
-    x, P = computer[0].filter.states[slot], computer[0].filter.covariances[slot]
-    claimed = np.empty((3, 3))
-    claim(computer[0], claimed)
-    row[0], row[1], row[2] = x[m.EAST], x[m.NORTH], x[m.HEADING]
-    row[SPEED], row[SPEED + 1] = speed_now_mps(computer), x[m.YAW_RATE]
-    for i in range(3):
-        for j in range(3):
-            row[COVARIANCE + 3 * i + j] = claimed[i, j]
-    twist = row[TWIST_COVARIANCE:SIGMAS]
-    twist[0], twist[1] = P[m.SPEED, m.SPEED], P[m.SPEED, m.YAW_RATE]
-    twist[2], twist[3] = P[m.YAW_RATE, m.SPEED], P[m.YAW_RATE, m.YAW_RATE]
+    enter_estimate(computer, row[:SIGMAS])
     row[SIGMAS], row[SIGMAS + 1] = claimed_position_sigma(computer[0]), claimed_heading_sigma(computer[0])
