@@ -13,9 +13,9 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import SetOwnerRequest, SetOwnerResponse
 from touchline.schemas.team import TeamScenario
-from touchline.services.coordinator.service import TeamService, _Phase
 from touchline.services.coordinator.take_over import TakeOver
 from touchline.services.coordinator.team_memory import TeamMemory, read_journal
+from touchline.services.coordinator.team_service import TeamService, _Phase
 
 TEAM = TeamScenario.model_validate({"robots": 2, "avoid": "plans"})
 
@@ -74,7 +74,7 @@ def test_no_time_passes_while_no_robot_is_heard(bus_config: BusConfig) -> None:
     with Bus.open(topics.COORDINATOR, bus_config.of(topics.TEAM_NAMESPACE)) as bus:
         service = TeamService(bus, TEAM, free_area(TEAM), lockstep=True, alone=False)
         service._phase, begun_s = _Phase.GUIDING, service.figures["sim_time_s"]
-        for link in service._links.values():
+        for link in service._robots.links.values():
             link.heard_at_s = -1e9
         assert not any(service.turn() for _ in range(5))
         assert service.figures["sim_time_s"] == begun_s
