@@ -14,6 +14,7 @@ from touchline.tui.fleet_raster import claims_of
 from touchline.tui.operator import Operator
 from touchline.tui.orders import OrderOutcome, Tried
 from touchline.tui.protocol import Link, Links
+from touchline.tui.reduction import apply_event
 from touchline.tui.robots import Robots, never_there
 from touchline.tui.state import ConsoleState
 from touchline.tui.task_queue import tasks_of
@@ -98,7 +99,7 @@ class Desks:
             state.now_s += min(max(now - since, 0.0), LONGEST_TICK_S)
             run = state.replay.run
             for event in desk.link.poll():
-                state.apply(event, state.now_s)
+                apply_event(state, event, state.now_s)
             if state.replay.run != run:
                 desk.paint_due_s = now
             desk.operator.heed_status()

@@ -30,7 +30,7 @@ from touchline.tui.protocol import (
     Rejected,
     Skimmed,
 )
-from touchline.tui.state import CONSOLE_TOPICS
+from touchline.tui.reduction import CONSOLE_TOPICS
 
 EVERY_ONE = (topics.PAINT, topics.EVENTS, topics.SUPERVISOR_EVENTS, topics.DIAGNOSTICS)
 """Topics of which every message counts; diagnostics have several publishers."""

@@ -13,6 +13,7 @@ from touchline.tui.app import ConsoleApp
 from touchline.tui.autostart import AutoStart
 from touchline.tui.map_view import MapView
 from touchline.tui.protocol import Incoming
+from touchline.tui.reduction import apply_event
 from touchline.tui.state import ConsoleState
 
 
@@ -65,7 +66,7 @@ def reduced(events: Iterable[Incoming], state: ConsoleState | None = None, now_s
     """A state that has heard these, without a screen."""
     state = state or ConsoleState()
     for event in events:
-        state.apply(event, now_s)
+        apply_event(state, event, now_s)
     return state
 
 

@@ -12,6 +12,7 @@ from touchline.schemas.template import Template
 from touchline.tui import alerts, panels
 from touchline.tui.key_bar import KeyBar
 from touchline.tui.protocol import Incoming
+from touchline.tui.reduction import apply_event
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.state import ConsoleState
 
@@ -38,10 +39,10 @@ def test_an_alert_lasts_until_its_cause_is_gone(template: Template) -> None:
     state = reduced([*scenes.mid_run(template), EMPTY, FLOAT, FLAT])
     assert texts(state) == ["TANK EMPTY", "BATTERY 7 %", "NO FIX (float)"]
     for other in (m.TraversalStatus.ESTOPPED, m.TraversalStatus.PAUSED, m.TraversalStatus.RUNNING):
-        state.apply(told(template, other), 0.0)
+        apply_event(state, told(template, other), 0.0)
         assert "TANK EMPTY" in texts(state)
     for event in (FULL, *scenes.robot_health()):
-        state.apply(event, 0.0)
+        apply_event(state, event, 0.0)
     assert texts(state) == []
 
 
@@ -61,10 +62,10 @@ def test_the_next_step_ends_the_cause(template: Template, cause: Incoming, key: 
 
 def test_the_first_reason_survives_an_emergency_stop_and_a_reset(template: Template) -> None:
     state = reduced([*scenes.mid_run(template), EMPTY, told(template, m.TraversalStatus.PAUSED, "the tank is empty")])
-    state.apply(told(template, m.TraversalStatus.ESTOPPED, "emergency stop"), 0.0)
-    state.apply(told(template, m.TraversalStatus.PAUSED, "emergency stop released; resume to go on"), 0.0)
+    apply_event(state, told(template, m.TraversalStatus.ESTOPPED, "emergency stop"), 0.0)
+    apply_event(state, told(template, m.TraversalStatus.PAUSED, "emergency stop released; resume to go on"), 0.0)
     assert "stopped first: the tank is empty" in "\n".join(line.plain for line in panels.status_lines(state, 60))
-    state.apply(told(template, m.TraversalStatus.RUNNING), 0.0)
+    apply_event(state, told(template, m.TraversalStatus.RUNNING), 0.0)
     assert state.robot.stopped_by == ""
 
 
@@ -116,10 +117,10 @@ def test_what_comes_from_outside_cannot_command_the_terminal(template: Template)
 def test_the_reason_goes_with_a_refill(template: Template, reason: str, low: Incoming, filled: Incoming) -> None:
     state = reduced([*scenes.mid_run(template), low, told(template, m.TraversalStatus.PAUSED, reason)])
     assert reason in [line.plain for line in panels.status_lines(state, 46)]
-    state.apply(filled, 0.0)
+    apply_event(state, filled, 0.0)
     assert not [line.plain for line in panels.status_lines(state, 46) if reason[:8] in line.plain]
     assert panels.hint(state) == ("g", "resume")
-    state.apply(told(template, m.TraversalStatus.PAUSED, "paused by the operator"), 0.0)
+    apply_event(state, told(template, m.TraversalStatus.PAUSED, "paused by the operator"), 0.0)
     assert "stopped first" not in " ".join(line.plain for line in panels.status_lines(state, 46))
 
 

@@ -19,6 +19,7 @@ from touchline.tui.map_raster import ARROWS, Cells, Ink
 from touchline.tui.node_health import LIVE_S
 from touchline.tui.protocol import NodeChanged
 from touchline.tui.raster import BRAILLE_BASE
+from touchline.tui.reduction import apply_event
 from touchline.tui.robots import Robots
 from touchline.tui.viewport import Viewport
 
@@ -77,7 +78,7 @@ def test_names_never_cover_robots_or_other_names():
 def test_a_silent_robot_is_a_question_mark_and_a_dead_one_a_cross_where_it_was():
     robots = some(3)
     robots.states["r02"].now_s = 2 * LIVE_S
-    robots.states["r03"].apply(NodeChanged(topics.ROBOT_SIM, False), 0.0)
+    apply_event(robots.states["r03"], NodeChanged(topics.ROBOT_SIM, False), 0.0)
     cells, view = composed(robots)
     for x_m, mark, ink in ((12.0, "?", Ink.UNHEARD), (24.0, "✗", Ink.GONE)):
         column, row = view.to_cell(x_m, 0.0) or (0, 0)
@@ -88,7 +89,7 @@ def test_robots_of_another_origin_are_not_on_the_map_and_said_not_to_be():
     robots = some(3)
     for name, latitude_deg in (("r01", 50.0), ("r02", 51.0)):
         setup = Setup(scenario=Scenario(origin=Origin(latitude_deg=latitude_deg)))
-        robots.states[name].apply(received(topics.SETUP, m.String(data=setup.model_dump_json())), 0.0)
+        apply_event(robots.states[name], received(topics.SETUP, m.String(data=setup.model_dump_json())), 0.0)
     scene = fleet_scene(robots)
     assert scene.elsewhere == ("r02",)
     assert [each.name for each in scene.robots] == ["r01", "r03"], "one that has not told is taken to be here"
@@ -157,7 +158,7 @@ def test_close_up_bodies_are_drawn_to_scale():
 
 def test_the_robot_in_view_says_who_else_is_where_it_is():
     robots = some(2)
-    robots.states["r02"].apply(received(topics.ODOMETRY, scenes.odometry(0.1, 0.0, 0.0)), 0.0)
+    apply_event(robots.states["r02"], received(topics.ODOMETRY, scenes.odometry(0.1, 0.0, 0.0)), 0.0)
     cells, _ = composed(robots, 80, 12)
     scene = fleet_scene(robots)
     far = FleetRaster().compose(Viewport(40, 5, dot_m=1.0), scene)

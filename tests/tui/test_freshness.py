@@ -13,6 +13,7 @@ from touchline.tui.map_view import MapView
 from touchline.tui.node_health import Freshness
 from touchline.tui.panels import StatusPanel
 from touchline.tui.protocol import Incoming, NodeChanged, Received, Skimmed
+from touchline.tui.reduction import apply_event
 
 
 def robot_says(**values: object) -> Incoming:
@@ -45,10 +46,10 @@ def test_diagnostics_that_are_not_read_are_a_word_of_the_process_that_they_were_
     state = reduced([*scenes.up(), told, others], now_s=10.0)
     state.now_s += 5.0
     for publisher in ("planner-1", "a stranger"):
-        state.apply(Skimmed(topics.DIAGNOSTICS.name, publisher), state.now_s)
+        apply_event(state, Skimmed(topics.DIAGNOSTICS.name, publisher), state.now_s)
         assert state.robot_stale
     assert state.nodes[topics.PLANNER].freshness(state.now_s) is Freshness.LIVE
-    state.apply(Skimmed(topics.DIAGNOSTICS.name, "robot-1"), state.now_s)
+    apply_event(state, Skimmed(topics.DIAGNOSTICS.name, "robot-1"), state.now_s)
     assert state.robot_freshness is Freshness.LIVE
 
 
@@ -61,11 +62,11 @@ def test_a_word_of_the_robots_own_loop_makes_it_live_again(template: Template) -
         state = reduced(scenes.mid_run(template), now_s=10.0)
         state.now_s += 5.0
         assert state.robot_stale
-        state.apply(word, state.now_s)
+        apply_event(state, word, state.now_s)
         assert state.robot_freshness is Freshness.LIVE
     state.now_s += 5.0
-    state.apply(received(topics.SUPERVISOR_EVENTS, m.Event(text="not the robot")), state.now_s)
-    state.apply(received(topics.CLAIMED, m.NavPath(poses=(m.PoseStamped(),))), state.now_s)
+    apply_event(state, received(topics.SUPERVISOR_EVENTS, m.Event(text="not the robot")), state.now_s)
+    apply_event(state, received(topics.CLAIMED, m.NavPath(poses=(m.PoseStamped(),))), state.now_s)
     assert state.robot_stale
 
 
@@ -75,7 +76,7 @@ def test_a_process_that_starts_is_neither_live_nor_silent() -> None:
     assert state.robot_freshness is Freshness.STARTING
     assert panels.service_lines(state, 40)[1].plain == "◔ robot      no report yet for 5 s"
     compiling = scenes.diagnostics(topics.ROBOT_SIM, "starting: compiling kernels")
-    state.apply(received(topics.DIAGNOSTICS, compiling), state.now_s)
+    apply_event(state, received(topics.DIAGNOSTICS, compiling), state.now_s)
     state.now_s += 30.0
     assert state.robot_freshness is Freshness.STARTING
     assert "compiling" in panels.service_lines(state, 40)[1].plain
@@ -84,16 +85,16 @@ def test_a_process_that_starts_is_neither_live_nor_silent() -> None:
 def test_what_is_compiled_before_a_robot_is_ready_is_told_at_every_size() -> None:
     state = reduced([NodeChanged(topics.ROBOT_SIM, True), NodeChanged(topics.PLANNER, True)], now_s=10.0)
     said = "starting: compiling 5 of 6 (rehearsal): fast_runner.run_nominal_ticks"
-    state.apply(received(topics.DIAGNOSTICS, scenes.diagnostics(topics.ROBOT_SIM, said)), state.now_s)
+    apply_event(state, received(topics.DIAGNOSTICS, scenes.diagnostics(topics.ROBOT_SIM, said)), state.now_s)
     loading = scenes.diagnostics(topics.PLANNER, "starting: loading kernels")
-    state.apply(received(topics.DIAGNOSTICS, loading), state.now_s)
+    apply_event(state, received(topics.DIAGNOSTICS, loading), state.now_s)
     badge, robot, planner, *_ = [line.plain.strip() for line in panels.status_lines(state, 38)]
     assert badge == "◔ STARTING"
     assert (robot, planner) == ("robot: compiling 5 of 6 (rehearsal)", "planner: loading kernels")
     assert panels.status_lines(state, 31)[1].plain == "robot: compiling 5 of 6 (rehea…"
     assert panels.service_lines(state, 46)[1].plain == "◔ robot      starting: compiling 5 of 6 (rehe…"
     ready = scenes.diagnostics(topics.ROBOT_SIM, "ok")
-    state.apply(received(topics.DIAGNOSTICS, ready), state.now_s)
+    apply_event(state, received(topics.DIAGNOSTICS, ready), state.now_s)
     assert panels.badge(state) == theme.WAITING
     assert "compiling" not in " ".join(line.plain for line in panels.status_lines(state, 38))
 
@@ -103,7 +104,7 @@ def test_a_process_that_is_gone_is_gone(template: Template) -> None:
     assert state.robot_freshness is Freshness.GONE
     assert panels.badge(state) == theme.NO_ROBOT
     assert "touchline up  starts one" in [line.plain for line in panels.status_lines(state, 31)]
-    state.apply(NodeChanged(topics.SUPERVISOR, True), state.now_s)
+    apply_event(state, NodeChanged(topics.SUPERVISOR, True), state.now_s)
     assert "touchline up" not in " ".join(line.plain for line in panels.status_lines(state, 31))
 
 

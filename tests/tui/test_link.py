@@ -15,6 +15,7 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.tui.link import BusLink, open_links
 from touchline.tui.protocol import CallFailed, Incoming, NodeChanged, PaintFetched, Received, Rejected
+from touchline.tui.reduction import apply_event
 from touchline.tui.state import ConsoleState
 
 
@@ -117,7 +118,7 @@ def test_a_robot_that_leaves_and_comes_back(link: BusLink, bus_config: BusConfig
         while not condition():
             assert time.monotonic() < deadline
             for event in link.poll():
-                state.apply(event, time.monotonic())
+                apply_event(state, event, time.monotonic())
             time.sleep(0.01)
 
     first = Robot(bus_config)

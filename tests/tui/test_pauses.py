@@ -12,6 +12,7 @@ from touchline.tui import panels
 from touchline.tui.key_bar import KeyBar, useless
 from touchline.tui.panels import StatusPanel
 from touchline.tui.protocol import Incoming
+from touchline.tui.reduction import apply_event
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.state import ConsoleState
 
@@ -49,9 +50,9 @@ def test_a_pause_that_ends_by_itself_counts_down_and_space_holds_it(template: Te
     assert panels.hint(shown) == ("space", "hold: goes on in ≥ 3 s")
     assert "space" not in useless(shown)
     for event in (warning(102.0), pause(earliest_s=102.0), at(100.5)):
-        shown.apply(event, 1.0)
+        apply_event(shown, event, 1.0)
     assert panels.hint(shown) == ("space", "hold: moves off in 2 s")
-    shown.apply(at(101.5), 1.0)
+    apply_event(shown, at(101.5), 1.0)
     assert panels.hint(shown) == ("space", "hold: moves off in 1 s")
 
 
@@ -73,7 +74,7 @@ def test_a_robot_that_is_about_to_move_after_a_resume_says_so(template: Template
     running = received(topics.STATUS, scenes.status(template, S.RUNNING, reason="about to move; keep clear"))
     shown = state(*scenes.mid_run(template), at(100.0), warning(102.0), running)
     assert panels.hint(shown) == ("space", "hold: moves off in 2 s")
-    shown.apply(at(102.0), 1.0)
+    apply_event(shown, at(102.0), 1.0)
     assert panels.hint(shown) == ("space", "pause")
 
 

@@ -32,6 +32,7 @@ from touchline.tui.key_bar import KeyBar
 from touchline.tui.link import BusLink, open_links
 from touchline.tui.panels import StatusPanel
 from touchline.tui.protocol import Incoming, NodeChanged, Received
+from touchline.tui.reduction import apply_event
 from touchline.tui.robots import Robots
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.state import ConsoleState
@@ -48,14 +49,14 @@ def received(topic: topics.Topic, message: m.Message, run: ReplayRun = RUN) -> R
 def live(until_s: float, *, replayed: bool, session: Path = SESSION, robot: str = "") -> ConsoleState:
     """What a console knows that has heard every message of the session, or of one of its robots, until then."""
     state, paint = ConsoleState(), PaintHistory()
-    state.apply(NodeChanged(topics.REPLAY if replayed else topics.ROBOT_SIM, True), 0.0)
+    apply_event(state, NodeChanged(topics.REPLAY if replayed else topics.ROBOT_SIM, True), 0.0)
     for cue in ReplaySource(session).from_start():
         if cue.at_s > until_s:
             break
         if robot and cue.namespace != robot:
             continue
         publisher = RUN.publisher_id.hex() if replayed else "robot"
-        state.apply(Received(cue.topic.name, decode(cue.topic.type, cue.payload), publisher), 0.0)
+        apply_event(state, Received(cue.topic.name, decode(cue.topic.type, cue.payload), publisher), 0.0)
         if cue.topic is topics.PLAN:
             paint.clear()
         elif cue.topic is topics.PAINT:
@@ -89,7 +90,7 @@ class Console:
         while not what(self.state) or self.state.paint.needs_fetch:
             assert time.monotonic() < deadline
             for event in self.link.poll():
-                self.state.apply(event, time.monotonic())
+                apply_event(self.state, event, time.monotonic())
             if self.state.paint.needs_fetch:
                 self.state.paint.fetch_asked()
                 self.link.fetch_paint()
@@ -175,32 +176,32 @@ def test_robots_of_one_recording_are_sought_together(bus_config: BusConfig, tmp_
 
 def test_what_was_sent_before_a_jump_is_dropped_whenever_it_comes() -> None:
     state, after = ConsoleState(), RUN.next()
-    state.apply(NodeChanged(topics.REPLAY, True), 0.0)
-    state.apply(received(topics.REPORT, m.TraversalReport(success=True)), 0.0)
-    state.apply(received(topics.EVENTS, m.Event(source="robot", text="done")), 0.0)
-    state.apply(received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.RUNNING), after), 0.0)
-    state.apply(received(topics.REPORT, m.TraversalReport(success=True)), 0.0)
+    apply_event(state, NodeChanged(topics.REPLAY, True), 0.0)
+    apply_event(state, received(topics.REPORT, m.TraversalReport(success=True)), 0.0)
+    apply_event(state, received(topics.EVENTS, m.Event(source="robot", text="done")), 0.0)
+    apply_event(state, received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.RUNNING), after), 0.0)
+    apply_event(state, received(topics.REPORT, m.TraversalReport(success=True)), 0.0)
     assert state.robot.report is None and state.traversal == m.TraversalStatus.RUNNING
     assert [entry.text for entry in state.log.entries] == ["replay is up"]
 
 
 def test_a_paused_replay_is_no_stale_robot_and_its_status_acknowledges_no_stop() -> None:
     state = ConsoleState()
-    state.apply(NodeChanged(topics.REPLAY, True), 0.0)
+    apply_event(state, NodeChanged(topics.REPLAY, True), 0.0)
     state.orders.stop.press("a", "")
-    state.apply(received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.ESTOPPED)), 0.0)
+    apply_event(state, received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.ESTOPPED)), 0.0)
     assert not state.orders.stop.changes
     alive = m.DiagnosticArray(status=(m.DiagnosticStatus(name=topics.REPLAY, message="paused"),))
-    state.apply(Received(topics.DIAGNOSTICS.name, alive, "x"), 10.0)
+    apply_event(state, Received(topics.DIAGNOSTICS.name, alive, "x"), 10.0)
     assert state.robot_alive and not state.robot_stale
 
 
 def test_a_stop_goes_to_robots_and_not_to_replays() -> None:
     robots = Robots({"a": ConsoleState(name="a"), "b": ConsoleState(name="b")}, "a")
-    robots.states["a"].apply(NodeChanged(topics.REPLAY, True), 0.0)
-    robots.states["b"].apply(NodeChanged(topics.ROBOT_SIM, True), 0.0)
+    apply_event(robots.states["a"], NodeChanged(topics.REPLAY, True), 0.0)
+    apply_event(robots.states["b"], NodeChanged(topics.ROBOT_SIM, True), 0.0)
     assert robots.to_stop() == ("b",)
-    robots.states["a"].apply(NodeChanged(topics.ROBOT_SIM, True), 0.0)
+    apply_event(robots.states["a"], NodeChanged(topics.ROBOT_SIM, True), 0.0)
     assert robots.to_stop() == ("a", "b")
 
 

@@ -18,6 +18,7 @@ from touchline.tui.header import HeaderBar
 from touchline.tui.key_bar import KeyBar
 from touchline.tui.panels import StatusPanel
 from touchline.tui.protocol import CallFailed, NodeChanged
+from touchline.tui.reduction import apply_event
 from touchline.tui.robots import Robots
 from touchline.tui.robots_bar import RobotsBar, robots_line
 from touchline.tui.signal_bar import SignalBar
@@ -192,7 +193,7 @@ def test_a_stop_is_for_the_robot_in_view_even_if_it_is_gone_and_for_all_that_are
     robots = Robots()
     for name in NAMES:
         robots.add(name)
-    robots.states["r3"].apply(NodeChanged(topics.ROBOT_SIM, True), 0.0)
+    apply_event(robots.states["r3"], NodeChanged(topics.ROBOT_SIM, True), 0.0)
     assert robots.to_stop() == ("r1", "r3")
     robots.remove("r1")
     assert robots.selected_name == "club/r2"

@@ -12,6 +12,7 @@ from touchline.tui.fleet_orders import FLEET_ORDERS, census, concerned
 from touchline.tui.node_health import LIVE_S
 from touchline.tui.order_registry import OrderLine
 from touchline.tui.protocol import NodeChanged
+from touchline.tui.reduction import apply_event
 from touchline.tui.robots import Robots
 from touchline.tui.roll_call import SHOWN_S, SILENT_S, Heard, roll_lines
 
@@ -28,7 +29,7 @@ def four(state: int = S.RUNNING) -> Robots:
 def advance(robots: Robots, now_s: float) -> None:
     """Everybody is still heard."""
     for state in robots.states.values():
-        state.apply(received(topics.CLOCK, m.Clock()), now_s)
+        apply_event(state, received(topics.CLOCK, m.Clock()), now_s)
 
 
 def answer(robots: Robots, name: str, text: str, *, accepted: bool, answered: bool = True) -> None:
@@ -44,7 +45,7 @@ def test_everybody_is_waited_for_at_first_and_silent_after_a_second():
     robots.call_roll("pause", "Pause", NAMES)
     assert {each.heard for each in robots.answers().values()} == {Heard.WAITING}
     answer(robots, "r1", "Pause: done", accepted=True)
-    robots.states["r1"].apply(received(topics.STATUS, m.TraversalStatus(state=S.PAUSED)), 0.1)
+    apply_event(robots.states["r1"], received(topics.STATUS, m.TraversalStatus(state=S.PAUSED)), 0.1)
     answer(robots, "r2", "Pause refused: not running", accepted=False)
     advance(robots, SILENT_S + 0.1)
     heard = {name: each.heard for name, each in robots.answers().items()}
@@ -77,10 +78,10 @@ def test_only_its_status_acknowledges_an_emergency_stop():
         state.orders.stop.press("id", "robot-1")
     robots.call_roll("estop", "Emergency stop", NAMES)
     robots.states["r1"].orders.stop.answered("id", "done", 0.0)
-    robots.states["r2"].apply(received(topics.STATUS, m.TraversalStatus(state=S.ESTOPPED)), 0.1)
-    robots.states["r3"].apply(NodeChanged(topics.ROBOT_SIM, False), 0.1)
+    apply_event(robots.states["r2"], received(topics.STATUS, m.TraversalStatus(state=S.ESTOPPED)), 0.1)
+    apply_event(robots.states["r3"], NodeChanged(topics.ROBOT_SIM, False), 0.1)
     for name in ("r1", "r2", "r4"):
-        robots.states[name].apply(received(topics.CLOCK, m.Clock()), SILENT_S + 0.1)
+        apply_event(robots.states[name], received(topics.CLOCK, m.Clock()), SILENT_S + 0.1)
     robots.states["r3"].now_s = SILENT_S + 0.1
     found = robots.answers()
     assert found["r1"].heard is Heard.REFUSED
@@ -122,7 +123,7 @@ def test_what_stops_goes_to_the_silent_and_what_sets_in_motion_does_not(order: s
     (known,) = (each for each in FLEET_ORDERS if each.name == order)
     assert concerned(known, robots.states) == NAMES
     robots.states["r2"].now_s = 2 * LIVE_S
-    robots.states["r3"].apply(NodeChanged(topics.ROBOT_SIM, False), 0.0)
+    apply_event(robots.states["r3"], NodeChanged(topics.ROBOT_SIM, False), 0.0)
     assert concerned(known, robots.states) == (("r1", "r2", "r4") if silent_too else ("r1", "r4"))
     assert census(robots.states).count("silent") == 1
 
@@ -136,7 +137,7 @@ def test_a_reset_of_all_leaves_out_those_with_a_stop_under_way():
 
 def test_a_robot_that_does_not_drive_need_not_take_a_pause():
     robots = four(S.DONE)
-    robots.states["r2"].apply(received(topics.STATUS, m.TraversalStatus(state=S.RUNNING)), 0.0)
+    apply_event(robots.states["r2"], received(topics.STATUS, m.TraversalStatus(state=S.RUNNING)), 0.0)
     for name in ("r1", "r2"):
         robots.states[name].orders.place("pause", "Pause", 3, 0.0)
         answer(robots, name, "Pause refused: cannot pause while done", accepted=False)

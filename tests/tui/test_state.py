@@ -17,6 +17,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.tui import panels, theme
 from touchline.tui.event_log import ERROR, WARN, OperatorLog
 from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Rejected
+from touchline.tui.reduction import apply_event
 from touchline.tui.state import ConsoleState
 
 
@@ -90,8 +91,10 @@ def test_rows_follow_the_order_of_the_plan_which_another_template_drops(template
 
 def test_a_transition_is_named_for_where_it_leads(template: Template) -> None:
     state = reduced(scenes.mid_run(template))
-    state.apply(
-        received(topics.STATUS, scenes.status(template, m.TraversalStatus.RUNNING, 14, segment_index=27)), now_s=1.0
+    apply_event(
+        state,
+        received(topics.STATUS, scenes.status(template, m.TraversalStatus.RUNNING, 14, segment_index=27)),
+        now_s=1.0,
     )
     assert f"to {template.segments[14].label} 15/27" in shown(state, width=60)
     assert state.goal == template.segments[14].id
@@ -108,13 +111,13 @@ def test_what_is_prepared_stays_in_view_until_the_robot_is_busy(template: Templa
     assert panels.hint(state) == ("p", "plan the path")
     state.planned(scenes.trajectory(square), m.PlanReport())
     assert panels.hint(state) == ("l", "load the plan")
-    state.apply(received(topics.STATUS, scenes.status(template, m.TraversalStatus.RUNNING)), 1.0)
+    apply_event(state, received(topics.STATUS, scenes.status(template, m.TraversalStatus.RUNNING)), 1.0)
     assert state.template.template == template
     assert len(state.rows) == len(template.segments)
-    state.apply(received(topics.STATUS, scenes.status(template, m.TraversalStatus.DONE)), 1.0)
+    apply_event(state, received(topics.STATUS, scenes.status(template, m.TraversalStatus.DONE)), 1.0)
     assert state.template.template == square
     state.handed_over()
-    state.apply(received(topics.STATUS, scenes.status(square, m.TraversalStatus.READY)), 1.0)
+    apply_event(state, received(topics.STATUS, scenes.status(square, m.TraversalStatus.READY)), 1.0)
     assert state.path_loaded
 
 
@@ -147,7 +150,7 @@ def test_plan_and_template_may_come_in_any_order(template: Template) -> None:
 def test_the_robot_going_away_leaves_nothing_stale(template: Template) -> None:
     state = reduced(scenes.mid_run(template))
     assert len(state.paint) > 0
-    state.apply(NodeChanged(topics.ROBOT_SIM, False), 2.0)
+    apply_event(state, NodeChanged(topics.ROBOT_SIM, False), 2.0)
     assert state.traversal is None
     assert state.robot.pose is None
     assert len(state.paint) == 0
@@ -183,41 +186,43 @@ def test_a_new_run_clears_the_old_figures(template: Template) -> None:
     state = reduced(scenes.finished(template))
     assert "✓ complete" in shown(state)
     assert state.robot.driven_fraction == 1.0
-    state.apply(received(topics.STATUS, scenes.status(template, m.TraversalStatus.RUNNING)), 2.0)
+    apply_event(state, received(topics.STATUS, scenes.status(template, m.TraversalStatus.RUNNING)), 2.0)
     assert state.robot.report is None
 
 
 def test_a_new_plan_asks_for_the_paint_again(template: Template) -> None:
     state = reduced(scenes.mid_run(template))
     assert not state.paint.needs_fetch
-    state.apply(received(topics.PLAN, scenes.trajectory(template)), 2.0)
+    apply_event(state, received(topics.PLAN, scenes.trajectory(template)), 2.0)
     assert state.paint.needs_fetch
-    state.apply(PaintFetched(None), 2.0)
+    apply_event(state, PaintFetched(None), 2.0)
     assert state.paint.needs_fetch
-    state.apply(PaintFetched(()), 2.0)
+    apply_event(state, PaintFetched(()), 2.0)
     assert not state.paint.needs_fetch
     assert len(state.paint) == 0
 
 
 def test_progress_of_other_consoles_is_not_shown() -> None:
     state = ConsoleState(plan_request="mine")
-    state.apply(received(topics.PLANNER_PROGRESS, m.Progress(request_id="theirs", stage="x", fraction=0.5)), 1.0)
+    apply_event(state, received(topics.PLANNER_PROGRESS, m.Progress(request_id="theirs", stage="x", fraction=0.5)), 1.0)
     assert state.progress is None
-    state.apply(received(topics.PLANNER_PROGRESS, m.Progress(request_id="mine", stage="fitting", fraction=0.5)), 1.0)
+    apply_event(
+        state, received(topics.PLANNER_PROGRESS, m.Progress(request_id="mine", stage="fitting", fraction=0.5)), 1.0
+    )
     assert panels.hint(state) == ("", "planning: fitting 50 %")
-    state.apply(NodeChanged(topics.PLANNER, True), 1.0)
-    state.apply(NodeChanged(topics.PLANNER, False), 1.0)
+    apply_event(state, NodeChanged(topics.PLANNER, True), 1.0)
+    apply_event(state, NodeChanged(topics.PLANNER, False), 1.0)
     assert state.progress is None
 
 
 def test_unreadable_messages_are_counted_and_logged_once() -> None:
     state = ConsoleState()
     for _ in range(5):
-        state.apply(Rejected("imu/mag", "too short"), 1.0)
-    state.apply(Rejected("plan", "too long"), 1.0)
+        apply_event(state, Rejected("imu/mag", "too short"), 1.0)
+    apply_event(state, Rejected("plan", "too long"), 1.0)
     assert state.rejected == 6
     assert len(texts(state)) == 2
-    state.apply(Lost(3), 1.0)
+    apply_event(state, Lost(3), 1.0)
     assert panels.service_lines(state, 40)[-1].plain == "bus: 3 lost, 6 unreadable"
 
 
@@ -270,9 +275,9 @@ def test_diagnostics_are_per_process_the_worst_component_shows_and_death_ends_th
             m.DiagnosticStatus(name="bridge: recorder", message="fine"),
         )
     )
-    state.apply(received(topics.DIAGNOSTICS, report), 5.0)
+    apply_event(state, received(topics.DIAGNOSTICS, report), 5.0)
     assert panels.service_lines(state, 40)[2].plain.startswith("● bridge     nearly full")
-    state.apply(received(topics.DIAGNOSTICS, scenes.diagnostics(topics.BRIDGE)), 6.0)
+    apply_event(state, received(topics.DIAGNOSTICS, scenes.diagnostics(topics.BRIDGE)), 6.0)
     assert panels.service_lines(state, 40)[2].plain.startswith("● bridge     ok")
     assert state.speed_factor == 20
     reduced([NodeChanged(topics.ROBOT_SIM, False)], state)

@@ -17,6 +17,7 @@ from touchline.tui.fleet_rows import Trouble, fleet_rows
 from touchline.tui.key_bar import useless
 from touchline.tui.panels import StatusPanel, hint
 from touchline.tui.protocol import Incoming
+from touchline.tui.reduction import apply_event
 from touchline.tui.state import ConsoleState
 
 S = m.TraversalStatus
@@ -102,7 +103,7 @@ def test_a_rest_needs_what_is_left_to_do(template: Template) -> None:
     state.planned(scenes.trajectory(template), m.PlanReport(paint_l=20.0, battery_wh=100.0))
     state.handed_over()
     fields = {"reason": "", "coverage_pct": 50.0, "arc_length_m": 1200.0}
-    state.apply(received(topics.STATUS, scenes.status(template, S.READY, **fields)), 0.0)
+    apply_event(state, received(topics.STATUS, scenes.status(template, S.READY, **fields)), 0.0)
     assert supply_check.of_job(state).shortages == ()
     reduced(scenes.robot_health(tank_l=3.0), state)
     assert len(supply_check.of_job(state).shortages) == 1
@@ -144,11 +145,11 @@ def test_areas_are_covered_and_what_is_done_or_under_way_is_not_offered() -> Non
     state = reduced(next_morning(), ConsoleState(vehicle=roller()))
     assert hint(state) == ("g", "go on: 14 % covered")
     for told in (unfinished(done_pct=100.0), received(topics.UNFINISHED, m.UnfinishedJob())):
-        state.apply(told, 0.0)
+        apply_event(state, told, 0.0)
     assert hint(state)[0] == "t"
-    state.apply(unfinished(), 0.0)
+    apply_event(state, unfinished(), 0.0)
     for traversal, key in ((S.RUNNING, "space"), (S.ESTOPPED, "r")):
-        state.apply(resting(traversal), 0.0)
+        apply_event(state, resting(traversal), 0.0)
         assert hint(state)[0] == key
 
 

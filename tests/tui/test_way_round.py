@@ -14,6 +14,7 @@ from touchline.tui.key_bar import KeyBar
 from touchline.tui.map_raster import Ink
 from touchline.tui.map_view import MapView
 from touchline.tui.protocol import Incoming, PaintFetched
+from touchline.tui.reduction import apply_event
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.state import ConsoleState
 
@@ -50,7 +51,7 @@ def test_a_wait_says_before_what_how_far_and_when_it_ends(waiting: list[Incoming
     text = lines(shown)
     assert "0.8 m from the robot" in text.replace("\n", " ")
     assert "before   person 3" in text and "unless told: 1 wait on" in text
-    shown.apply(at(103.5), 1.0)
+    apply_event(shown, at(103.5), 1.0)
     assert panels.hint(shown) == ("space", "hold: goes round in 5 s")
     shown.speed_set(2.0)
     assert panels.hint(shown) == ("space", "hold: goes round in 3 s")
@@ -114,15 +115,15 @@ def test_paint_stays_when_the_robot_goes_round_and_not_when_it_begins_another_jo
     painted = len(shown.paint)
     plans = [received(topics.PLAN, each().trajectory) for each in (scenes.drive_response, scenes.leaving_response)]
     for drives, plan in enumerate(plans, start=2):
-        shown.apply(way_round(W.PLANS, drives=drives - 1, continues=not counted_first), 1.0)
+        apply_event(shown, way_round(W.PLANS, drives=drives - 1, continues=not counted_first), 1.0)
         told = way_round(W.DRIVES, drives=drives)
         for event in (told, plan) if counted_first else (plan, told):
-            shown.apply(event, 1.0)
-        shown.apply(PaintFetched(tuple(scenes.strokes(template, 1))), 1.0)
+            apply_event(shown, event, 1.0)
+        apply_event(shown, PaintFetched(tuple(scenes.strokes(template, 1))), 1.0)
         assert len(shown.paint) > painted > 0
         painted = len(shown.paint)
     for event in (plans[0], way_round(W.DRIVES, drives=1), PaintFetched(())):
-        shown.apply(event, 1.0)
+        apply_event(shown, event, 1.0)
     assert len(shown.paint) == 0
 
 
@@ -206,7 +207,7 @@ def test_unreadable_obstacles_are_counted_and_not_shown(template: Template, brok
 def test_a_replay_shows_them_and_offers_no_answers(waiting: list[Incoming]) -> None:
     shown = state(*waiting)
     shown.nodes[topics.ROBOT_SIM].alive = False
-    shown.apply(scenes.up(topics.REPLAY)[0], 1.0)
-    shown.apply(scenes.received(topics.OBSTACLES, scenes.obstacles(100.0)), 1.0)
+    apply_event(shown, scenes.up(topics.REPLAY)[0], 1.0)
+    apply_event(shown, scenes.received(topics.OBSTACLES, scenes.obstacles(100.0)), 1.0)
     assert len(shown.obstacles) == 3
     assert "1 wait on" not in lines(shown)
