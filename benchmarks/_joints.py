@@ -157,7 +157,7 @@ def interrupted(
     emulator = Emulator(vehicle, scenario, config)
     emulator.load(plan, resume=Checkpoint(0, 0.0, None, begins_tick))
     emulator.start()
-    ledgers, ahead, waiting = [emulator.ledger], [*places(seed), ENDS_M[-1]], 0
+    ledgers, ahead, waiting = [emulator.work.ledger], [*places(seed), ENDS_M[-1]], 0
     runner = FastRunner(emulator)
     while emulator.tick_count < begins_tick + LIMIT_TICKS:
         step_towards(runner, emulator, ahead[0])
@@ -172,7 +172,7 @@ def interrupted(
             emulator.load(plan, resume=checkpoint)
             emulator.start()
             runner = FastRunner(emulator)
-            ledgers.append(emulator.ledger)
+            ledgers.append(emulator.work.ledger)
         waiting = waiting + 1 if status.state in (PAUSED, ESTOPPED) else 0
         if waiting and waiting % PATIENCE_TICKS == 0:
             with suppress(CommandRefused):

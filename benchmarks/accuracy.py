@@ -78,7 +78,7 @@ def _case(name: str, follower: Follower, trajectory: Trajectory, template: Templ
     errors, followed, times, fallbacks, worst = [], [], [], 0, (0.0, 0)
     for scenario in scenarios:
         emulator, estimated, timed = drive(trajectory, template, scenario, data_sheets(scenario, follower=follower))
-        lateral = np.abs(emulator.ledger.deviation().lateral_m)
+        lateral = np.abs(emulator.work.ledger.deviation().lateral_m)
         errors.append(lateral)
         followed += estimated
         times += timed.times_s

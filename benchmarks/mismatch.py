@@ -112,7 +112,7 @@ def drive(trajectory: Trajectory, template: Template, scenario: Scenario) -> Dri
             covariances.append(np.reshape(found.covariance, (3, 3)).copy())
     counters = emulator.onboard.estimator.counters
     return Drive(
-        np.abs(emulator.ledger.deviation().lateral_m),
+        np.abs(emulator.work.ledger.deviation().lateral_m),
         np.array(errors),
         np.array(covariances),
         counters.fix_nis_sum / max(counters.fixes, 1),

@@ -34,18 +34,16 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
-from touchline.schemas.template import Polygon, Template
+from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.robot_sim.accounting.area_account import AreaAccount, area_account
+from touchline.services.robot_sim.accounting.area_account import area_account
 from touchline.services.robot_sim.contact_account import contact_event
-from touchline.services.robot_sim.estimator_error import EstimatorError
+from touchline.services.robot_sim.estimator_error import NO_ERROR
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.initial_state import InitialState, RobotParts
 from touchline.services.robot_sim.loaded_job import LoadedJob, Taking, ledger_of, lines_and_start, place_of
 from touchline.services.robot_sim.order_log import OrderLog
 from touchline.services.robot_sim.paint.ledger import PaintLedger
-from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
-from touchline.services.robot_sim.paint.track import Track
 from touchline.services.robot_sim.receiver_check import check_receiver
 from touchline.services.robot_sim.recovery_state import EarlierWork, Totals, restored_json
 from touchline.services.robot_sim.sensors.auxiliary_truth import AuxiliaryTruth
@@ -54,7 +52,7 @@ from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.settling import RESTING_MPS, Settling
 from touchline.services.robot_sim.true_vehicle import true_vehicle
-from touchline.services.robot_sim.world.objects.surroundings import Contact
+from touchline.services.robot_sim.work_accounts import WorkAccounts
 from touchline.services.robot_sim.world.world import TruePose, World
 
 UNDER_WAY: Final = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
@@ -82,13 +80,10 @@ class Emulator:
         samples: Samples of auxiliary sensors that arrived in the last tick; the computer takes them before the next
             one.
         orders: Commands that were carried out.
-        ledger, account, track: Accounts of the loaded traversal; `account` only if a covering tool works on areas in
-            it.
+        work: Accounts of the loaded traversal.
         settling: Observation of the traversal after its end.
-        contacts: Contacts of the robot with things in the loaded traversal.
         frame: Sensor frame of the last tick of which all or the end was done here.
         command: Command of the computer in the last tick.
-        estimator_error: Error of the estimate in the loaded traversal.
         initial: State in which the present job was given; None if the robot had just been switched on, or if the job
             was taken over under way.
     """
@@ -110,26 +105,22 @@ class Emulator:
         self.samples: tuple[AuxiliarySample, ...] = ()
         self.faults = FaultTimeline(scenario.faults, vehicle.drive)
         self.onboard = onboard if onboard is not None else Onboard(vehicle, self.config, ask)
-        self.ledger = self._no_paint()
-        self.account: AreaAccount | None = None
-        self.track = Track()
+        self.work = self._no_paint()
         self.orders = OrderLog()
         self.initial: InitialState | None = None
-        self.estimator_error = EstimatorError()
         self.tick_count = 0
         self._used = False
         self.frame: SensorFrame | None = None
         self.command = standstill(len(vehicle.drive.actuators))
         self.settling = Settling()
-        self.contacts: list[Contact] = []
         self._events: list[OnboardEvent] = []
         self._way_round: WayRound | None = None
         if scenario.start is not None:
             self.world.place(TruePose(scenario.start.x_m, scenario.start.y_m, scenario.start.heading_rad))
 
-    def _no_paint(self) -> PaintLedger:
-        """Make a ledger of a job without lines."""
-        return PaintLedger([], self.vehicle.tool.width_m, self.vehicle.tool.width_m)
+    def _no_paint(self) -> WorkAccounts:
+        """Make the accounts of a job without lines."""
+        return WorkAccounts(PaintLedger([], self.vehicle.tool.width_m, self.vehicle.tool.width_m))
 
     @property
     def time_s(self) -> float:
@@ -231,11 +222,9 @@ class Emulator:
         cause = job.cause.model_dump(mode="json") if job.cause is not None else None
         restored = restored_json(resume, earlier) if resume is not None else {}
         self._note("load", plan=cause, taking=job.taking.name.lower(), resumed=resume is not None, **restored)
-        self.ledger, self.account, self.track = job.ledger, job.account, Track()
-        self._surround(job.obstacles)
-        self.estimator_error = EstimatorError()
+        self.work = WorkAccounts(job.ledger, job.account, earlier.totals.errors if earlier is not None else NO_ERROR)
+        self.world.surroundings.surround(job.obstacles)
         if earlier is not None:
-            self.estimator_error = EstimatorError(earlier.totals.errors)
             self.world.supply(earlier.totals.supplies)
         if job.taking is Taking.CARRIED and (self.scenario.start is None or resume is not None):
             self.world.place(TruePose(*job.start))
@@ -301,15 +290,9 @@ class Emulator:
         self.onboard.begin_guided(plans=plans)
         self.initial = initial
         self._note("begin-guided", **({"plans": True} if plans else {}))
-        self.ledger, self.account, self.track = self._no_paint(), None, Track()
-        self._surround(())
-        self.estimator_error = EstimatorError()
+        self.work = self._no_paint()
+        self.world.surroundings.surround(())
         self.settling.begin()
-
-    def _surround(self, obstacles: tuple[Polygon, ...]) -> None:
-        """Put the obstacles of a job into the world, and begin its account of contacts."""
-        self.world.surroundings.surround(obstacles)
-        self.contacts = []
 
     def take_guidance(self, guidance: Guidance) -> None:
         """Take guidance from the coordinator; do nothing if it cannot be used, or the robot is not guided."""
@@ -467,12 +450,11 @@ class Emulator:
         """
         self.frame = frame
         for contact in self.world.surroundings.new_contacts(frame.tick):
-            self.contacts.append(contact)
+            self.work.contacts.append(contact)
             self._events.append(contact_event(contact))
         if stage == SENSED:
             self.onboard.perceive(frame)
         self.command = yield from self.onboard.decide(frame.tick)
-        self._record()
         self._follow_up()
 
     @property
@@ -483,19 +465,10 @@ class Emulator:
     @property
     def totals(self) -> Totals:
         """Consumption and sums of the loaded traversal."""
-        return Totals(self.world.supplies, self.estimator_error.totals, self.ledger.settled)
-
-    def metrics(self) -> PaintMetrics:
-        """Compute the figures of the paint so far; takes a moment."""
-        return paint_metrics(self.ledger)
-
-    def _record(self) -> None:
-        self.ledger.record(self.world.trace)
-        self.track.enter(self.tick_count, self.world.pose, self.ledger.points)
+        return Totals(self.world.supplies, self.work.estimator_error.totals, self.work.ledger.settled)
 
     def _follow_up(self) -> None:
+        under_way = self.onboard.state in UNDER_WAY
+        self.work.record(self.tick_count, self.world, self.onboard.estimate if under_way else None)
         self.sense_auxiliary()
-        under_way, speed_mps = self.onboard.state in UNDER_WAY, self.world.state.speed_mps
-        self.settling.end_tick(speed_mps, under_way=under_way)
-        if under_way:
-            self.estimator_error.add(self.world.pose, speed_mps, self.onboard.estimate)
+        self.settling.end_tick(self.world.state.speed_mps, under_way=under_way)

@@ -20,6 +20,8 @@ POSITION: Final = 1  # m²
 HEADING: Final = 2  # rad²
 SUMS: Final = 3
 
+NO_ERROR: Final = (0.0,) * SUMS
+
 MOVING_MPS: Final = 0.01
 
 
@@ -57,7 +59,7 @@ class EstimatorError:
         sums: (SUMS,) for kernels; without those `before`, since a count means that the robot has moved.
     """
 
-    def __init__(self, before: Sequence[float] = (0.0,) * SUMS) -> None:
+    def __init__(self, before: Sequence[float] = NO_ERROR) -> None:
         self._before = tuple(before)
         self.sums: NDArray[np.float64] = np.zeros(SUMS)
 

@@ -388,9 +388,9 @@ class FastRunner:
     def _accounts(self, last_tick: int, rows: Rows) -> TickAccounts:
         """Return the accounts for ticks up to the last."""
         emulator = self._emulator
-        emulator.ledger.make_room()
-        track = emulator.track.arrays(last_tick - emulator.tick_count)
-        return TickAccounts(emulator.ledger.paint, track, emulator.estimator_error.sums, rows)
+        emulator.work.ledger.make_room()
+        track = emulator.work.track.arrays(last_tick - emulator.tick_count)
+        return TickAccounts(emulator.work.ledger.paint, track, emulator.work.estimator_error.sums, rows)
 
     def _drive(self, nominal: Nominal, last_tick: int, rows: Rows) -> Asking[None]:
         progress, follower = self._progress, nominal.follower
@@ -431,7 +431,7 @@ class FastRunner:
         tick, stage = progress.tick, progress.stage
         emulator.command = emulator.onboard.driven(tick if stage == WHOLE else tick - 1)
         emulator.tick_count = tick
-        emulator.ledger.put_aside()
+        emulator.work.ledger.put_aside()
         if stage == WHOLE:
             emulator.sense_auxiliary()
         else:

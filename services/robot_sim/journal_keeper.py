@@ -140,7 +140,7 @@ class JournalKeeper:
                 return ""
             self._set_off(journal, taken)
         totals = emulator.totals
-        journal.write(checkpoint, totals, emulator.ledger)
+        journal.write(checkpoint, totals, emulator.work.ledger)
         if emulator.onboard.state == TraversalStatus.ABORTED:
             self._aborted = checkpoint, totals
             if not self.unfinished.total_length_m or emulator.settled:

@@ -298,7 +298,7 @@ def about_to_move(tick: int, warning: MoveOffWarning | None) -> Payload:
 
 def true_coverage(time: Stamp, emulator: Emulator, *, flowing: bool) -> Payload:
     """Pack the true coverage, and whether paint flows."""
-    ledger, account = emulator.ledger, emulator.account
+    ledger, account = emulator.work.ledger, emulator.work.account
     if account is None:
         ids, coverage_pct, fractions = ledger.ids, ledger.coverage_pct, ledger.fractions
     else:

@@ -43,7 +43,7 @@ def rehearse(setup: Setup) -> None:
     first.run(lambda: first.robot.onboard.status.arc_length_m > middle_m)
     first.robot.inject_fault(parse_fault(_FAULT))
     first.pause_and_resume()
-    checkpoint, ledger = first.robot.onboard.checkpoint, first.robot.ledger
+    checkpoint, ledger = first.robot.onboard.checkpoint, first.robot.work.ledger
     if checkpoint is None:  # it cannot even set off
         return
     second = _Rehearsal(setup)

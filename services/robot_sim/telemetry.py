@@ -284,7 +284,7 @@ class Telemetry:
         """
         emulator = self._emulator
         self._steady, onboard = None, emulator.onboard
-        nothing_new = emulator.faults.no_events and not emulator.ledger.points
+        nothing_new = emulator.faults.no_events and not emulator.work.ledger.points
         if nothing_new and onboard.steady:
             report = onboard.whereabouts or onboard.plan_state
             assert report is not None, "it is guided"
@@ -366,10 +366,10 @@ class Telemetry:
         return [(topics.WAY_ROUND, encode(said.model_copy(update={"header": header(self._emulator.tick_count)})))]
 
     def _area(self, time: Stamp) -> list[Payload]:
-        account = self._emulator.account
+        account = self._emulator.work.account
         if account is None:
             return []
-        account.take(self._emulator.ledger)
+        account.take(self._emulator.work.ledger)
         return [(topics.AREA, layouts.AREA.pack(*time, *account.standing))]
 
     def reports(self) -> Reports:
@@ -377,17 +377,16 @@ class Telemetry:
         return self._figures().reports()
 
     def _figures(self) -> Figures:
-        emulator = self._emulator
-        error, ledger, track = emulator.estimator_error, emulator.ledger.snapshot(), emulator.track.snapshot()
-        account = emulator.account
+        emulator, work = self._emulator, self._emulator.work
+        error, ledger, track = work.estimator_error, work.ledger.snapshot(), work.track.snapshot()
         return Figures(
             emulator.tick_count,
             emulator.onboard.status,
             (error.position_rmse_m, error.heading_rmse_rad),
             ledger,
             partial(smearing, ledger, track, emulator.real),
-            partial(area_metrics, account, ledger, track) if account is not None else None,
-            contact_report(header(emulator.tick_count), emulator.contacts),
+            partial(area_metrics, work.account, ledger, track) if work.account is not None else None,
+            contact_report(header(emulator.tick_count), work.contacts),
             self.digest.copy(),
         )
 
@@ -403,9 +402,8 @@ class Telemetry:
 
     def all_paint(self) -> list[Payload]:
         """Return all paint of this traversal again; not entered in the digest."""
-        return paint_payloads(
-            self._emulator.ledger, self._emulator.ledger.all_marks(), stamp(self._emulator.tick_count)
-        )
+        ledger = self._emulator.work.ledger
+        return paint_payloads(ledger, ledger.all_marks(), stamp(self._emulator.tick_count))
 
     def _events(self) -> list[Payload]:
         events = self._emulator.take_events()
@@ -417,4 +415,4 @@ class Telemetry:
         return [order_payload(order) for order in self._emulator.orders.take()]
 
     def _paint(self, time: Stamp) -> list[Payload]:
-        return paint_payloads(self._emulator.ledger, self._emulator.ledger.take_marks(), time)
+        return paint_payloads(self._emulator.work.ledger, self._emulator.work.ledger.take_marks(), time)

@@ -114,7 +114,7 @@ class Day:
     def be_killed(self):
         """The process dies, and the next one goes on from its journal."""
         checkpoint = self.emulator.onboard.checkpoint
-        remains = EarlierWork(self.emulator.totals, self.emulator.ledger.rows(0).copy())
+        remains = EarlierWork(self.emulator.totals, self.emulator.work.ledger.rows(0).copy())
         self.pass_ticks(5)
         self.switch_on()
         self.load(checkpoint, remains)

@@ -12,7 +12,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
-from touchline.services.robot_sim.paint.metrics import PaintMetrics
+from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 
 VEHICLE = Vehicle()
 STEPS_MAX = 20_000
@@ -24,7 +24,7 @@ def painted(planned: Plan, template: Template, config: OnboardConfig) -> PaintMe
     robot.start()
     FastRunner(robot).run(STEPS_MAX)
     assert not robot.active
-    return robot.metrics()
+    return paint_metrics(robot.work.ledger)
 
 
 @pytest.mark.parametrize("follower", ["mpc", pytest.param("pure-pursuit", marks=pytest.mark.full)])

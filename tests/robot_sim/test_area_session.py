@@ -106,10 +106,10 @@ def test_another_process_goes_on_and_has_the_figures_of_both(driven, trajectory)
         before.tick()
     checkpoint, totals = before.onboard.checkpoint, before.totals
     after, telemetry = robot()
-    after.load(trajectory, PAN, checkpoint, EarlierWork(totals, before.ledger.rows(0)[: totals.points]))
+    after.load(trajectory, PAN, checkpoint, EarlierWork(totals, before.work.ledger.rows(0)[: totals.points]))
     telemetry.restored_paint()
     telemetry.standing()
-    before_m2 = after.account.standing.covered_m2
+    before_m2 = after.work.account.standing.covered_m2
     after.start()
     FastRunner(after).run(100_000)
     assert after.onboard.state == m.TraversalStatus.DONE
@@ -117,14 +117,14 @@ def test_another_process_goes_on_and_has_the_figures_of_both(driven, trajectory)
     assert 6.0 < before_m2 < 25.0
     reports = telemetry.reports()
     assert reports.area.coverage_pct == pytest.approx(driven[0].final.area.coverage_pct, abs=0.3)
-    assert after.account.standing.covered_m2 == pytest.approx(reports.area.covered_m2, rel=0.005)
+    assert after.work.account.standing.covered_m2 == pytest.approx(reports.area.covered_m2, rel=0.005)
 
 
 def test_who_does_not_cover_areas_says_nothing_of_them(trajectory):
     painter = Emulator(Vehicle(), Scenario())
     painter.load(plan(PAN, Vehicle(), PlanOptions(order="given", area_method="parallel")).trajectory, PAN)
-    assert painter.account is None
+    assert painter.work.account is None
     emulator, telemetry = robot()
     emulator.load(trajectory)
-    assert emulator.account is None
+    assert emulator.work.account is None
     assert telemetry.reports().area is None

@@ -172,7 +172,7 @@ def test_a_trajectory_that_cannot_be_driven_is_refused_and_changes_nothing(plan)
         emulator.load(plan)
     with pytest.raises(CommandRefused):
         emulator.start()
-    assert emulator.ledger.targets == []
+    assert emulator.work.ledger.targets == []
     assert not emulator.active
 
 

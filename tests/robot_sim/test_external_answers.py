@@ -266,7 +266,7 @@ def test_one_that_keeps_the_plans_time_is_told_all_that_it_needs():
 def test_the_example_drives_a_line():
     emulator, _ = session("external", answered_by(steer))
     assert emulator.onboard.state == TraversalStatus.DONE
-    assert np.abs(emulator.ledger.deviation().lateral_m).max() < 0.04
+    assert np.abs(emulator.work.ledger.deviation().lateral_m).max() < 0.04
 
 
 def test_without_one_the_robot_pauses_and_says_so():

@@ -91,7 +91,7 @@ def session(scenario, listen_from, *, loop, follower="mpc", plan=PLAN, template=
         else:
             emulator.tick()
             said += telemetry.after_tick()
-    return said, telemetry.reports().traversal, emulator.tick_count, emulator.track.rows.tolist()
+    return said, telemetry.reports().traversal, emulator.tick_count, emulator.work.track.rows.tolist()
 
 
 def assert_same(scenario, listen_from, **things):

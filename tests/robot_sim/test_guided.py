@@ -214,7 +214,7 @@ def test_a_marker_is_guided_like_any_other_and_sprays_nothing() -> None:
         for _ in range(40):
             robot.tick()
     assert off(robot, 5.0, 4.0) < 0.05
-    assert robot.ledger.points == 0
+    assert robot.work.ledger.points == 0
 
 
 def test_a_lost_camera_pauses_it_and_it_goes_on_when_that_sees_it_again() -> None:

@@ -23,6 +23,7 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import UNLOGGED, FastRunner
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.paint import record
+from touchline.services.robot_sim.paint.metrics import paint_metrics
 from touchline.services.robot_sim.setup_text import SetupText
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
@@ -116,18 +117,18 @@ def test_a_disk_that_fills_up_costs_the_paint_only_and_says_so_once(path, monkey
         robot.drive(until_m=3.8)
         (warning,) = robot.warnings
         assert "not kept for a restart any more" in warning and os.strerror(errno.EFBIG) in warning
-    painted = robot.emulator.ledger.points
+    painted = robot.emulator.work.ledger.points
     with Journal(path) as journal:
         robot = Robot(journal)
         answer = robot.load(resume=True)
         assert answer.success
         (warning,) = robot.warnings
-        lost = painted - robot.emulator.ledger.points
+        lost = painted - robot.emulator.work.ledger.points
         assert 0 < lost < painted
         assert warning == f"{lost} of {painted} points of the paint so far are missing in all figures"
         assert warning in answer.message
         robot.drive()
-        assert robot.emulator.metrics().gap_m == pytest.approx(lost / 100, abs=0.05)
+        assert paint_metrics(robot.emulator.work.ledger).gap_m == pytest.approx(lost / 100, abs=0.05)
 
 
 @pytest.mark.parametrize("where", ["journal", "paint", "directory"])
@@ -160,7 +161,7 @@ def test_the_second_of_two_copies_leaves_the_firsts_journal_alone(path):
     with Journal(path) as third:
         checkpoint, remains = third.unfinished(PLAN, SETUP)
         assert checkpoint == place
-        assert len(remains.paint) == one.emulator.ledger.points > 0
+        assert len(remains.paint) == one.emulator.work.ledger.points > 0
 
 
 def test_a_kept_journal_does_not_change_the_session(path, undisturbed):
@@ -209,7 +210,7 @@ def test_a_note_every_few_ticks_will_do(path):
             for _ in range(7):
                 robot.emulator.tick()
             assert robot.commands.note_progress() == []
-        points = robot.emulator.ledger.rows(0)
+        points = robot.emulator.work.ledger.rows(0)
     _, remains = found(path)
     assert np.array_equal(remains.paint, points)
 

@@ -72,7 +72,7 @@ class Drive:
 def test_fast_and_slow_ticks_give_the_same_bits():
     fast, slow = (Drive(*WALKERS, CROSSING, fast=fast).go() for fast in (True, False))
     assert fast.told == slow.told
-    assert fast.emulator.contacts == slow.emulator.contacts
+    assert fast.emulator.work.contacts == slow.emulator.work.contacts
     scans = fast.of(topics.SCAN)
     assert len(scans) > 20
     assert all(isinstance(each, LaserScan) and each.header.frame_id == "front" for each in scans)
@@ -100,7 +100,7 @@ def test_obstacles_of_the_template_are_there():
         }
     )
     drive = Drive(sensors=()).go(template)
-    assert [each.thing for each in drive.emulator.contacts] == ["hut"]
+    assert [each.thing for each in drive.emulator.work.contacts] == ["hut"]
     assert drive.emulator.world.pose.east_m < 4.0
 
 

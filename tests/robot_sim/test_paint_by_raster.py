@@ -172,7 +172,7 @@ def test_a_raster_of_the_true_nozzle_finds_the_same_coverage_overspray_and_later
     width_m = 0.10 if name == "corner" else 0.12
     template = Template.model_validate({"name": name, "line_width_m": width_m, "segments": TEMPLATES[name]})
     emulator, rows = driven(template, seed=4)
-    metrics = paint_metrics(emulator.ledger)
+    metrics = paint_metrics(emulator.work.ledger)
     strokes, lines = list(sprayed(rows)), list(wanted(template))
     bands = Raster([*lines, *strokes], width_m).brushed(lines)
     paint = Raster([*lines, *strokes], 0.12).brushed(strokes)
@@ -188,7 +188,7 @@ def test_a_raster_of_the_true_nozzle_finds_the_same_coverage_overspray_and_later
     }
     assert said == pytest.approx(found, abs=0.1)
     # Every place at which the error passes the limit is known to 5 mm, the length that is painted in a tick.
-    within_pct = 100 * sum(emulator.ledger.within_by_target_m(0.005)) / template.length_m
+    within_pct = 100 * sum(emulator.work.ledger.within_by_target_m(0.005)) / template.length_m
     assert within_pct == pytest.approx(100 * length_within(template, strokes, 0.005), abs=0.3)
     errors = lateral_errors(template, rows)
     assert metrics.lateral.mean_m == pytest.approx(errors.mean(), rel=1e-3)

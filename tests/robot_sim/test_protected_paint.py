@@ -30,7 +30,7 @@ def test_paint_after_protective_stops_has_no_gap():
         shown.things = NOTHING
     while shown.emulator.active:
         shown.run(SCAN_TICKS)
-    found = joints(shown.emulator.ledger)
+    found = joints(shown.emulator.work.ledger)
     assert len(found) == 3
     assert max(joint.gap_m for joint in found) < 0.01
     assert max(joint.double_m for joint in found) < 0.02

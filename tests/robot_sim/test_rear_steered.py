@@ -186,7 +186,7 @@ def test_both_followers_drive_it_both_ways(follower: str) -> None:
     assert robot.onboard.status.follower_fallbacks == 0
     assert speeds.max() > 0.7 and speeds.min() < -0.7
     assert np.percentile(off, 95) < 0.015 and off.max() < 0.04
-    assert robot.estimator_error.position_rmse_m < 0.016
+    assert robot.work.estimator_error.position_rmse_m < 0.016
 
 
 def test_the_mpc_does_not_weave_after_a_step_of_curvature() -> None:

@@ -10,6 +10,7 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.robot_sim.paint.metrics import paint_metrics
 
 FULL_L, FULL_WH = Vehicle().tool.tank_l, Vehicle().body.battery_wh
 
@@ -43,7 +44,7 @@ def test_a_job_that_stopped_empty_goes_on_once_refilled():
     assert robot.order(topics.RESUME).success
     robot.drive()
     assert robot.emulator.onboard.state == m.TraversalStatus.DONE
-    metrics = robot.emulator.metrics()
+    metrics = paint_metrics(robot.emulator.work.ledger)
     assert metrics.gap_m < 0.03
 
 

@@ -14,6 +14,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.paint.metrics import paint_metrics
 from touchline.services.robot_sim.recovery_state import EarlierWork
 
 PLAN = along_x(0, 5, 10, 12, sprayed=[0, 1, 0])
@@ -35,7 +36,9 @@ def drive(emulator, until=None, limit=6000):
 def strokes(*emulators):
     """(from, to) of the paint along x, in the order of x."""
     return sorted(
-        (float(s.points[0, 0]), float(s.points[-1, 0])) for emulator in emulators for s in emulator.ledger.strokes()
+        (float(s.points[0, 0]), float(s.points[-1, 0]))
+        for emulator in emulators
+        for s in emulator.work.ledger.strokes()
     )
 
 
@@ -117,15 +120,15 @@ def test_figures_and_supplies_are_those_of_the_whole_job(at):
     """As if there had been no crash, but for the joint, the second run-up and what that takes."""
     whole, before = killed_at(99.0, "none"), killed_at(at, "none")
     after = Emulator(Vehicle(), Scenario(noise="none", seed=3))
-    remains = EarlierWork(before.totals, before.ledger.rows(0))
+    remains = EarlierWork(before.totals, before.work.ledger.rows(0))
     after.load(PLAN, None, before.onboard.checkpoint, remains)
     assert after.totals == before.totals
-    assert after.metrics() == before.metrics()
+    assert paint_metrics(after.work.ledger) == paint_metrics(before.work.ledger)
     assert after.onboard.status.elapsed_s == before.onboard.status.elapsed_s
     after.start()
     drive(after)
-    figures, known = after.metrics(), whole.metrics()
-    assert len(after.ledger.strokes()) == 2
+    figures, known = paint_metrics(after.work.ledger), paint_metrics(whole.work.ledger)
+    assert len(after.work.ledger.strokes()) == 2
     assert figures.coverage_pct == pytest.approx(known.coverage_pct, abs=1e-9)
     assert 0.0 < figures.painted_length_m - known.painted_length_m < 0.02
     twice_m = figures.double_paint_m2 / Vehicle().tool.spray_width_m
@@ -136,7 +139,7 @@ def test_figures_and_supplies_are_those_of_the_whole_job(at):
     assert after.world.supplies[1] < whole.world.supplies[1] < before.world.supplies[1]
     assert after.onboard.status.elapsed_s > whole.onboard.status.elapsed_s + 3.0
     assert after.time_s == pytest.approx(after.onboard.status.elapsed_s + 1.0, abs=0.02)
-    moving = before.totals.errors[0] + after.estimator_error.sums[0]
+    moving = before.totals.errors[0] + after.work.estimator_error.sums[0]
     assert after.totals.errors[0] == moving > whole.totals.errors[0]
 
 
@@ -148,7 +151,7 @@ def test_what_a_fault_keeps_from_use_comes_back_when_it_ends():
     before.start()
     drive(before, lambda e: e.time_s >= 9.0)
     assert before.world.supplies[0] < 1.0
-    after.load(PLAN, None, before.onboard.checkpoint, EarlierWork(before.totals, before.ledger.rows(0)))
+    after.load(PLAN, None, before.onboard.checkpoint, EarlierWork(before.totals, before.work.ledger.rows(0)))
     after.start()
     drive(after)
     assert Vehicle().tool.tank_l - 0.05 < after.world.supplies[0] < Vehicle().tool.tank_l
@@ -158,19 +161,19 @@ def test_a_gap_at_the_joint_shows_in_the_figures():
     """Paint that is lost, here the last 30 cm before the kill, is missing in the figures of the whole job."""
     before = killed_at(8.0, "none")
     after = Emulator(Vehicle(), Scenario(noise="none", seed=3))
-    paint = before.ledger.rows(0)[:-30]
+    paint = before.work.ledger.rows(0)[:-30]
     after.load(PLAN, None, before.onboard.checkpoint, EarlierWork(before.totals, paint))
     after.start()
     drive(after)
-    assert after.metrics().gap_m == pytest.approx(0.3, abs=0.03)
+    assert paint_metrics(after.work.ledger).gap_m == pytest.approx(0.3, abs=0.03)
 
 
 def test_all_marks_come_once_more_as_the_last_ones_may_have_reached_nobody():
     before = killed_at(7.0, "none")
-    before.ledger.take_marks()
+    before.work.ledger.take_marks()
     after = Emulator(Vehicle(), Scenario(noise="none", seed=3))
-    after.load(PLAN, None, before.onboard.checkpoint, EarlierWork(before.totals, before.ledger.rows(0)))
-    again = after.ledger.take_marks()
+    after.load(PLAN, None, before.onboard.checkpoint, EarlierWork(before.totals, before.work.ledger.rows(0)))
+    again = after.work.ledger.take_marks()
     assert again[0].first_index == 0
-    assert again[-1].first_index + len(again[-1].x_m) == before.ledger.points
-    assert after.ledger.take_marks() == []
+    assert again[-1].first_index + len(again[-1].x_m) == before.work.ledger.points
+    assert after.work.ledger.take_marks() == []

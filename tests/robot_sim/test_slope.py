@@ -46,7 +46,7 @@ def test_paints_on_a_slope_without_a_pause(grade: float, uphill_rad: float) -> N
     FastRunner(emulator).run(60_000)
     assert emulator.onboard.state == TraversalStatus.DONE
     assert not [event.text for event in emulator.take_events() if event.severity]
-    assert np.percentile(np.abs(emulator.ledger.deviation().lateral_m), 95) < 0.01
+    assert np.percentile(np.abs(emulator.work.ledger.deviation().lateral_m), 95) < 0.01
     learned = emulator.onboard._estimator.ring.learned
     rise = learned.rise_east_mps2 / GRAVITY_MPS2, learned.rise_north_mps2 / GRAVITY_MPS2
     assert rise == pytest.approx([grade * math.cos(uphill_rad), grade * math.sin(uphill_rad)], abs=0.003)

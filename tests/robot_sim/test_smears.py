@@ -163,7 +163,7 @@ def test_the_report_of_a_stopped_traversal_is_of_then_though_the_robot_goes_on()
     telemetry, runner = Telemetry(emulator, report_at_once=False), FastRunner(emulator)
     emulator.load(plan(template, Vehicle(), PlanOptions()).trajectory, template)
     emulator.start()
-    while emulator.ledger.coverage_pct < 40.0:
+    while emulator.work.ledger.coverage_pct < 40.0:
         runner.run(10)
     emulator.estop()
     while telemetry.ended is None:
@@ -172,7 +172,7 @@ def test_the_report_of_a_stopped_traversal_is_of_then_though_the_robot_goes_on()
     then = telemetry.ended.reports()  # made by a thread, sooner or later
     emulator.reset()
     emulator.resume()
-    while emulator.ledger.coverage_pct < 80.0:
+    while emulator.work.ledger.coverage_pct < 80.0:
         runner.run(10)
     assert telemetry.ended.reports() == then
     assert 40.0 < then.traversal.coverage_pct < 60.0

@@ -16,6 +16,7 @@ from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.paint.metrics import paint_metrics
 
 
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
@@ -69,7 +70,7 @@ def test_a_plan_for_dry_grass_is_driven_to_the_end_of_the_grip(follower: str, se
     assert worst > 0.1  # the plan asks for all of the grip
     assert emulator.onboard.state == TraversalStatus.DONE
     assert [event.text for event in emulator.take_events() if event.severity] == []
-    metrics = emulator.metrics()
+    metrics = paint_metrics(emulator.work.ledger)
     assert metrics.gap_m < 0.03  # four ends of lines, some millimetres each
     assert metrics.lateral.p95_m < 0.025
     assert emulator.onboard.status.follower_fallbacks == 0

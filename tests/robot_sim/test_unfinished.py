@@ -14,6 +14,7 @@ from touchline.schemas.cdr import decode
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.journal import Journal
+from touchline.services.robot_sim.paint.metrics import paint_metrics
 from touchline.services.robot_sim.recovery_state import restored_from
 
 DRIVE = along_x(0, 1, sprayed=[0])
@@ -56,7 +57,7 @@ def whole_pct():
     robot = Robot(None)
     robot.load()
     robot.drive()
-    return robot.emulator.metrics().coverage_pct
+    return paint_metrics(robot.emulator.work.ledger).coverage_pct
 
 
 @pytest.mark.parametrize(
@@ -73,14 +74,14 @@ def test_a_job_that_was_aborted_is_gone_on_with_and_nothing_is_painted_twice(pat
         assert told.done_pct == pytest.approx(100.0 * max(at - 2.0, 0.0) / 2.0, abs=8.0)
         if reset:
             robot.order(topics.RESET)
-        before = robot.emulator.ledger.rows(0)
+        before = robot.emulator.work.ledger.rows(0)
         robot.take(resume=True)
-        assert np.array_equal(robot.emulator.ledger.rows(0), before)
+        assert np.array_equal(robot.emulator.work.ledger.rows(0), before)
         assert robot.unfinished[-1] == told, "until it has set off"
         robot.drive()
         assert robot.unfinished[-1].total_length_m == 0.0
         assert robot.emulator.onboard.state == DONE
-        assert robot.emulator.metrics().coverage_pct >= whole_pct - 1.0
+        assert paint_metrics(robot.emulator.work.ledger).coverage_pct >= whole_pct - 1.0
         assert all(-0.03 < joint < 0.01 for joint in joints(robot.emulator))
 
 
@@ -98,7 +99,7 @@ def test_another_process_tells_what_is_left_and_needs_no_plan_to_go_on(path, who
         assert told.reason == "the robot was restarted"
         again.take(resume=True)
         again.drive()
-        assert again.emulator.metrics().coverage_pct >= whole_pct - 1.0
+        assert paint_metrics(again.emulator.work.ledger).coverage_pct >= whole_pct - 1.0
     with Journal(path) as journal:
         assert Teller(journal).unfinished == [m.UnfinishedJob()]
 
@@ -177,5 +178,5 @@ def test_an_abort_and_what_came_after_it_can_be_done_again_from_the_orders(path,
             getattr(again, name.replace("-", "_"))()
     runner.run(10_000)
     assert again.tick_count == robot.emulator.tick_count
-    assert np.array_equal(again.ledger.rows(0), robot.emulator.ledger.rows(0))
+    assert np.array_equal(again.work.ledger.rows(0), robot.emulator.work.ledger.rows(0))
     assert again.world.supplies == robot.emulator.world.supplies

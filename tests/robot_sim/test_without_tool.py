@@ -33,7 +33,7 @@ def test_only_a_sprayer_tells_of_itself_and_paints(tool: dict[str, NoTool], spra
     assert emulator.world.pose.east_m > 1.0
     assert {topics.JOINT_STATES, topics.ACTUATOR_COMMAND, topics.TRUE_COVERAGE, topics.BATTERY} <= set(said)
     assert (topics.SPRAYER in said) == (topics.PAINT in said) == sprays
-    assert (len(emulator.ledger.targets) > 0) == sprays
+    assert (len(emulator.work.ledger.targets) > 0) == sprays
     assert telemetry.final is not None
     report = telemetry.final.traversal
     assert telemetry.final.area is None

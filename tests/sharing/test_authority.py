@@ -17,6 +17,7 @@ from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.loaded_job import Taking
+from touchline.services.robot_sim.paint.metrics import paint_metrics
 
 VEHICLE = Vehicle()
 TEMPLATE = drawn((0.0, 0.0, 6.0, 0.0), (6.0, 5.0, 0.0, 5.0))
@@ -77,7 +78,7 @@ def test_it_rests_where_it_may_drive_no_further_and_goes_on(until_m, follower):
     robot.onboard.authorize(math.inf)
     robot.run(60)
     assert robot.onboard.state == TraversalStatus.DONE and not robot.onboard.held
-    metrics = robot.emulator.metrics()
+    metrics = paint_metrics(robot.emulator.work.ledger)
     assert metrics.verdict.accepted and metrics.double_paint_m2 == 0.0
 
 
@@ -88,7 +89,7 @@ def test_nominal_ticks_keep_to_it_with_the_same_bits():
         robot.onboard.authorize(math.inf)
         robot.run(8, fast=robot is fast)
     assert fast.emulator.world.pose == slow.emulator.world.pose
-    np.testing.assert_array_equal(fast.emulator.ledger.rows(0), slow.emulator.ledger.rows(0))
+    np.testing.assert_array_equal(fast.emulator.work.ledger.rows(0), slow.emulator.work.ledger.rows(0))
 
 
 def test_one_that_is_moved_on_in_time_does_not_know():
@@ -105,12 +106,12 @@ def test_amid_a_line_the_valve_is_closed_and_the_rest_is_painted_once():
     robot = Robot("mpc", on_a)
     robot.run(40)
     assert robot.rests and robot.place == pytest.approx(on_a, abs=0.03) and not robot.onboard.spraying
-    before = robot.emulator.ledger.points
+    before = robot.emulator.work.ledger.points
     robot.run(5)
-    assert robot.emulator.ledger.points == before
+    assert robot.emulator.work.ledger.points == before
     robot.onboard.authorize(math.inf)
     robot.run(60)
-    metrics = robot.emulator.metrics()
+    metrics = paint_metrics(robot.emulator.work.ledger)
     assert robot.onboard.state == TraversalStatus.DONE and metrics.verdict.accepted
     assert metrics.coverage_pct > 99.8 and metrics.double_paint_m2 < 0.02 * TEMPLATE.line_width_m
 

@@ -170,7 +170,7 @@ class TeamMember:
         """Put finished work aside."""
         if self.task is None:
             return
-        self.works.append(Work(self.emulator.ledger, self.emulator.track))
+        self.works.append(Work(self.emulator.work.ledger, self.emulator.work.track))
         telemetry = self.telemetry or Telemetry(self.emulator)
         reports, reason = telemetry.final or telemetry.reports(), self.onboard.status.reason
         self.outcomes.append(Outcome(*reports, reason, 0.0, None, telemetry.strokes()))

@@ -157,7 +157,7 @@ class WayRoundDrives:
 
     def next_drive(self) -> GivenDrive | None:
         """See `Rerouting`: the way round, and after the last line, once, back to what was left out."""
-        self.works.append(Work(self._emulator.ledger, self._emulator.track))
+        self.works.append(Work(self._emulator.work.ledger, self._emulator.work.track))
         self.driven.append(travelled_path(self._trajectory, self._emulator.onboard.status.arc_length_m))
         following, self._following = self._following, None
         if following is None and (draft := self.way_round.drive_ends()) is not None:
