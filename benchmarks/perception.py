@@ -27,7 +27,6 @@ LIDARS = {
 DROPOUT = 0.01
 POSE_SIGMA = (0.01, math.radians(0.1))
 WARM_UP_S = 1.0
-BUDGET_US = 300.0
 SMALL = Small(
     {"people": 1, "seconds": 3, "scans": 20},
     (*(f"{name}: # people" for name in LIDARS), "a scan of 720 beams with 20 things: # us"),

@@ -174,13 +174,12 @@ class PathTable:
     array: Floats
 
     @classmethod
-    def from_curves(cls, curves: Sequence[Curve], directions: Sequence[int] | None = None) -> Self:
-        """A table of ``curves``; ``directions`` default to forward."""
+    def from_curves(cls, curves: Sequence[Curve]) -> Self:
+        """A table of ``curves``, driven forward."""
         rows = np.array([(c.x_m, c.y_m, c.heading_rad, c.curvature_1pm, c.length_m) for c in curves], dtype=np.float64)
         rows = rows.reshape(-1, 5)
         starts = np.concatenate(([0.0], np.cumsum(rows[:, 4])))[:-1] if len(rows) else np.zeros(0)
-        sense = np.ones(len(rows)) if directions is None else np.asarray(directions, dtype=np.float64)
-        return cls(np.column_stack((rows, starts, sense)))
+        return cls(np.column_stack((rows, starts, np.ones(len(rows)))))
 
     @property
     def starts_m(self) -> Floats:

@@ -355,17 +355,13 @@ class _One(Spec):
     fault: AnyFault
 
 
-def parse_fault(text: str, source: str = "fault") -> Fault:
+def parse_fault(text: str) -> Fault:
     """Parse a fault from one JSON object.
-
-    Args:
-        text: The JSON object.
-        source: Name of the text in error messages.
 
     Raises:
         SpecError: It is not JSON, its kind is unknown, or a field is missing, unknown or out of range.
     """
-    return parse(_One, f'{{"fault": {text}}}', source).fault
+    return parse(_One, f'{{"fault": {text}}}', "fault").fault
 
 
 def describe(fault: Fault) -> str:

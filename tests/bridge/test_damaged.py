@@ -17,7 +17,7 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 from tests.bridge.foreign import foreign
 from tests.bridge.mutations import mutated, records
 from tests.bridge.said import messages, stamp
-from touchline.jobs.single.recorded_paint import read_painted
+from tests.painted import read_painted
 from touchline.recordings.channels import kind_of
 from touchline.recordings.compare import compare
 from touchline.recordings.mcap_file import LARGEST_RATIO

@@ -6,7 +6,7 @@ import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from tests.bridge.foreign import foreign
-from touchline.jobs.single.recorded_paint import read_painted
+from tests.painted import read_painted
 from touchline.recordings.channels import present_path, recorded_paths, topic_at
 from touchline.recordings.compare import compare
 from touchline.recordings.decoding import as_message

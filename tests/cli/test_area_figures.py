@@ -6,9 +6,9 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.command import app
+from tests.painted import read_painted
 from tests.robot_sim.test_area_session import CONFIG, PAN
 from touchline.jobs.single.covered_picture import COVERED, MISSED, TWICE
-from touchline.jobs.single.recorded_paint import read_painted
 from touchline.jobs.single.simulation import Job, Products, simulate
 from touchline.jobs.single.work_picture import draw_unfinished
 from touchline.jobs.sweep.task import run_figures

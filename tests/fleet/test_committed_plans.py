@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.plan_limits import LIMITS
 from touchline.coordination.algorithms.team_algorithm import GoalWish
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans import barrier_kernels, committed_plans
@@ -18,18 +19,6 @@ from touchline.core import timed_motion as t
 
 Floats = NDArray[np.float64]
 
-LIMITS = kernels.PlanLimits(
-    speed_max_mps=0.5,
-    acceleration_mps2=0.5,
-    lateral_acceleration_mps2=0.5,
-    yaw_rate_max_radps=2.0,
-    yaw_acceleration_radps2=4.0,
-    apart_m=0.4,
-    wall_m=0.2,
-    lead_steps=0,
-    drive_steps=8,
-    update_steps=8,
-)
 ROOM = FreeArea.of([(0, 0), (5, 0), (5, 4), (0, 4)], [[(2, 1.5), (3, 1.5), (3, 2.5), (2, 2.5)]])
 PERIOD_S = 0.4
 ROUNDING_M = 1e-9

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.plan_limits import LIMITS
 from tests.regions.two_regions import (
     PLACES,
     ROBOT,
@@ -15,7 +16,6 @@ from tests.regions.two_regions import (
     Unasked,
     Unfenced,
 )
-from touchline.coordination.plans.plan_kernels import PlanLimits
 from touchline.coordination.regions.region import Region
 from touchline.coordination.regions.region_borders import RegionBorders, halo_m, reach_m
 from touchline.coordination.regions.region_codec import decode_bundle, encode_bundle
@@ -159,10 +159,9 @@ def test_a_region_that_begins_anew_owns_its_robots_in_a_new_epoch_before_it_plan
 
 
 def test_borders_and_halos() -> None:
-    limits = PlanLimits(0.5, 0.5, 0.5, 2.0, 4.0, 0.4, 0.2, 0, 8, 8)
-    assert reach_m(limits) == pytest.approx(0.45)
-    assert halo_m(limits) == pytest.approx(1.4)
-    borders = RegionBorders((0.0, 10.0, 20.0), (0.0, 10.0, 20.0), halo_m(limits))
+    assert reach_m(LIMITS) == pytest.approx(0.45)
+    assert halo_m(LIMITS) == pytest.approx(1.4)
+    borders = RegionBorders((0.0, 10.0, 20.0), (0.0, 10.0, 20.0), halo_m(LIMITS))
     assert [borders.at(*place) for place in ((1.0, 1.0), (12.0, 1.0), (1.0, 12.0), (25.0, 25.0))] == [0, 1, 2, 3]
     assert borders.near(5.0, 5.0) == {0}
     assert borders.near(9.0, 5.0) == {0, 1}

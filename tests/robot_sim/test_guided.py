@@ -8,6 +8,7 @@ from operator import itemgetter
 import numpy as np
 import pytest
 
+from tests.plan_limits import LIMITS
 from touchline import onboard
 from touchline.coordination.plans import plan_kernels
 from touchline.core import timed_motion
@@ -239,29 +240,18 @@ def test_a_lost_camera_pauses_it_and_it_goes_on_when_that_sees_it_again() -> Non
     assert off(robot, 2.0, 1.5) < 0.03
 
 
-LIMITS = plan_kernels.PlanLimits(
-    speed_max_mps=0.5,
-    acceleration_mps2=0.5,
-    lateral_acceleration_mps2=0.5,
-    yaw_rate_max_radps=2.0,
-    yaw_acceleration_radps2=4.5,
-    apart_m=0.4,
-    wall_m=0.2,
-    lead_steps=0,
-    drive_steps=8,
-    update_steps=8,
-)
+OF_ROBOT = LIMITS._replace(yaw_acceleration_radps2=4.5)
 
 
 def test_it_follows_plans_in_time_late_by_its_motors_alone() -> None:
     robot, rng, off_m = aligned(guided(plans=True)), np.random.default_rng(1), []
     robot.tick()  # it stood to align until now
-    plan = np.zeros((plan_kernels.samples_of(LIMITS), timed_motion.COLUMNS))
+    plan = np.zeros((plan_kernels.samples_of(OF_ROBOT), timed_motion.COLUMNS))
     plan[:, :3] = robot.onboard.estimate[:3]
     lag_s, planned = SHIPPED[NAME].vehicle.drive.motor_time_constant_s, np.zeros(timed_motion.COLUMNS)
     for number in range(60):
-        speed, rate = plan_kernels.primitive(plan[0], int(rng.integers(plan_kernels.PRIMITIVES)), 0.0, LIMITS)
-        plan_kernels.roll_out(plan, speed, rate, LIMITS, len(plan))
+        speed, rate = plan_kernels.primitive(plan[0], int(rng.integers(plan_kernels.PRIMITIVES)), 0.0, OF_ROBOT)
+        plan_kernels.roll_out(plan, speed, rate, OF_ROBOT, len(plan))
         now_s = robot.onboard.plan_state.stamp_s
         told = {"plan": plan.ravel().copy(), "plan_start_s": now_s, "plan_branch_s": now_s, "plan_base": number}
         assert robot.onboard.take_guidance(Guidance(number=number + 1, **told))
@@ -269,7 +259,7 @@ def test_it_follows_plans_in_time_late_by_its_motors_alone() -> None:
             robot.tick()
         timed_motion.motion_at(plan, 0.4 - lag_s, planned)
         off_m.append(off(robot, planned[0], planned[1]))
-        plan_kernels.advance(plan[None], LIMITS.update_steps)
+        plan_kernels.advance(plan[None], OF_ROBOT.update_steps)
     assert max(off_m) <= 0.012
     assert robot.onboard.plan_state.adopted == 60
     for _ in range(200):

@@ -16,8 +16,6 @@ from touchline.security import certificates, identity
 from touchline.security.authority import CertificateAuthority, issued_for_system
 from touchline.security.identity import Identity
 
-PAIR = ("key.pem", "certificate.pem")
-
 
 def issued(authority: CertificateAuthority, role: Role, name: str, *hosts: str, days: float = 30.0) -> Identity:
     member = authority.new_member(role, name, hosts)

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.painted import read_painted
 from tests.planner.drawn import drawn
 from tests.sharing.stretches import nearest_m
 from touchline.checking.check_session import check_recording
@@ -11,7 +12,7 @@ from touchline.jobs.shared.shared_simulation import simulate_shared
 from touchline.jobs.shared.team_order import TeamOrder
 from touchline.jobs.shared.team_picture import draw_recorded
 from touchline.jobs.single.geojson_map import geojson_map
-from touchline.jobs.single.recorded_paint import read_all_painted, read_painted
+from touchline.jobs.single.recorded_paint import read_all_painted
 from touchline.recordings.reader import RecordingReader
 from touchline.schemas.cdr import decode
 from touchline.schemas.messages import NavPath, PlanOptions

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.painted import read_painted
 from tests.system.commands import start_touchline, touchline_here
 from touchline.bus import Bus, BusConfig, CallError
 from touchline.bus.ports import free_port
-from touchline.jobs.single.recorded_paint import read_painted
 from touchline.recordings.reader import RecordingReader
 from touchline.schemas import topics
 from touchline.schemas.messages import (

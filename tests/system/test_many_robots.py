@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import pytest
 
 from tests.meeting import eventually
+from tests.painted import read_painted
 from tests.system.commands import figures, start_touchline, touchline_here
 from touchline.bus import Bus, BusConfig
 from touchline.bus.ports import free_port
-from touchline.jobs.single.recorded_paint import read_painted
 from touchline.jobs.single.simulation import Job, Products, simulate
 from touchline.recordings.channels import is_drawn, namespace_at, topic_at
 from touchline.recordings.compare import compare
@@ -267,8 +267,6 @@ def test_a_robot_that_was_not_recorded_cannot_be_replayed(together, bus_config):
 
 
 def test_the_paint_of_one_of_them_is_drawn(together, tmp_path):
-    with pytest.raises(SpecError, match=r"holds 3 robots .*; name one with --robot"):
-        read_painted(together.recording)
     with pytest.raises(SpecError, match="no template of robot r4"):
         read_painted(together.recording, "r4")
     painted = [read_painted(together.recording, robot) for robot in ROBOTS]

@@ -12,6 +12,7 @@ from itertools import chain
 import pytest
 
 from tests.meeting import eventually
+from tests.painted import read_painted
 from tests.sharing.stretches import nearest_m
 from tests.system.commands import start_touchline, touchline_here
 from tests.system.test_failures import wait_until
@@ -24,7 +25,6 @@ from touchline.jobs.shared.shared_job import APART_M, share_job
 from touchline.jobs.shared.shared_robot import fresh_id
 from touchline.jobs.shared.team_report import bus_figures
 from touchline.jobs.shared.work_evaluation import evaluate_work
-from touchline.jobs.single.recorded_paint import read_painted
 from touchline.jobs.watcher import JobFailed
 from touchline.recordings.reader import RecordingReader
 from touchline.schemas import topics

@@ -33,12 +33,11 @@ Row = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class _Move:
-    """Move in a tight polygon from one position (m) to another; it is left at a heading (rad)."""
+    """Move in a tight polygon from one position (m) to another."""
 
     node: PoseNode
     begin: complex
     end: complex
-    leaving_rad: float
 
 
 def way_through_slices(
@@ -79,7 +78,7 @@ def _moves(reachability: Reachability, start: PathPose, goal: PathPose) -> list[
             continue
         done.add((node, at))
         if node in goals:
-            steps.append((_Move(node, at, aim, goal.heading_rad), step))
+            steps.append((_Move(node, at, aim), step))
             heapq.heappush(queue, (cost + _price(node, at, aim), next(number), _ARRIVED, aim, len(steps) - 1))
         if node not in portals:
             portals[node] = _portals(reachability, node)
@@ -87,7 +86,7 @@ def _moves(reachability: Reachability, start: PathPose, goal: PathPose) -> list[
             # A portal that the way is in already is passed where it stands.
             through = at if shapely.intersects_xy(portal.polygon, at.real, at.imag) else point
             if (portal.other, through) not in done:
-                steps.append((_Move(node, at, through, portal.heading_rad), step))
+                steps.append((_Move(node, at, through), step))
                 priced = cost + _price(node, at, through)
                 heapq.heappush(queue, (priced, next(number), portal.other, through, len(steps) - 1))
     raise AssertionError("a way that was proved to exist was not found")

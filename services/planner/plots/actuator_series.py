@@ -33,9 +33,9 @@ class ActuatorSeries:
     value: Floats
     rate: Floats
 
-    def violations(self, vehicle: Vehicle, slack: float = 1e-6) -> int:
-        """Number of samples at which an actuator exceeds its limits by more than the fraction `slack`."""
-        limits = np.array([(each.limit, each.rate_limit) for each in vehicle.drive.actuators]) * (1.0 + slack)
+    def violations(self, vehicle: Vehicle) -> int:
+        """Number of samples at which an actuator exceeds its limits by more than rounding (1e-6 of them)."""
+        limits = np.array([(each.limit, each.rate_limit) for each in vehicle.drive.actuators]) * (1.0 + 1e-6)
         beyond = (np.abs(self.value) > limits[:, :1]) | (np.abs(self.rate) > limits[:, 1:])
         return int(np.count_nonzero(beyond.any(axis=0)))
 

@@ -2,9 +2,7 @@
 
 import json
 import time
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import zenoh
 
@@ -41,17 +39,16 @@ def check_secured(config: BusConfig, observer: Identity) -> None:
             _try_to_pause(bus)
 
 
-def can_join(endpoint: str, authority: Path, further: Mapping[str, Any] | None = None) -> bool:
+def can_join(endpoint: str, authority: Path) -> bool:
     """Return whether a session without a certificate can be opened.
 
     Args:
         endpoint: Where.
         authority: Certificate of the authority, by which the other side is known.
-        further: Further settings of Zenoh.
     """
     settings = zenoh.Config()
     wanted = {"scouting/multicast/enabled": False, "transport/link/tls/root_ca_certificate": str(authority)}
-    for key, value in {**door_client_settings(endpoint), **wanted, **(further or {})}.items():
+    for key, value in {**door_client_settings(endpoint), **wanted}.items():
         settings.insert_json5(key, json.dumps(value))
     try:
         session = zenoh.open(settings)

@@ -13,7 +13,6 @@ from touchline.drawings.svg_lengths import SvgViewport
 from touchline.drawings.svg_style import Style
 
 Shape = tuple[list[SubPath], str]
-_MEASURES = ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry")
 _CSS_PATH = re.compile(r"path\(\s*(?:[a-z]+\s*,\s*)?(['\"])(.*)\1\s*\)", re.DOTALL)
 _POINTS = re.compile(r"[\s,]*([+-]?(?:[0-9]*\.[0-9]+|[0-9]+)(?:[eE][+-]?[0-9]+)?)")
 

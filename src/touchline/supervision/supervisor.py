@@ -35,6 +35,7 @@ _UNREACHABLE_S = 5.0
 #: Longest time to the first beat: a first start compiles the kernels, for minutes on a small computer.
 _FIRST_BEAT_S = 600.0
 _STOP_S = 5.0
+_TAIL_LINES = 15
 #: Bytes at the end of the output that are searched for the last words of a process.
 _LAST_WORDS_BYTES = 4096
 #: Size at which the output of a process begins anew, so that one that prints in every tick fills no disk.
@@ -180,14 +181,14 @@ class Supervisor:
         child = self._child(node, robot)
         return child.process.pid if child is not None and child.process is not None else None
 
-    def log_tail(self, node: str, robot: str = "", lines: int = 15) -> str:
-        """Return the end of the output of ``node``, or of that robot's."""
+    def log_tail(self, node: str, robot: str = "") -> str:
+        """Return the last `_TAIL_LINES` of the output of ``node``, or of that robot's."""
         child = self._child(node, robot)
         if child is None:
             return ""
         path = self._output_path(child)
         text = path.read_text(errors="replace") if path.exists() else ""
-        return "\n".join(plain(line) for line in text.splitlines()[-lines:])
+        return "\n".join(plain(line) for line in text.splitlines()[-_TAIL_LINES:])
 
     def stop(self) -> None:
         """Ask every service to end, and kill those that do not."""

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.messages import Guidance
-from touchline.schemas.messages.team_messages import FIRST_CELL
 
 Floats = NDArray[np.float64]
 
@@ -122,9 +121,6 @@ class OwnedState(NamedTuple):
     decided: int
     plan: TimedPlan
 
-
-FIRST_PLAN = FIRST_CELL
-"""Number of the stay at the start, which is a robot's first plan."""
 
 ToRegion: TypeAlias = RobotClaims | ClaimsAnswer | HandoverOffer | HandoverAccept | ClaimsRequest | AllClaims
 ToRobot: TypeAlias = OwnerOrder | PlanOrder

@@ -17,7 +17,7 @@ _RETRY_S: Final = 0.05
 
 
 def end_recording(
-    bus: Bus, report: Callable[[str], None], check: Callable[[], None] = lambda: None, patience_s: float = PATIENCE_S
+    bus: Bus, report: Callable[[str], None], check: Callable[[], None] = lambda: None
 ) -> RecordStopResponse | None:
     """Have the bridge finish its recording; repeat the request if it or its answer got lost.
 
@@ -25,10 +25,9 @@ def end_recording(
         bus: Bus of a robot that the bridge records.
         report: Called with a message when the answer is late.
         check: Called often.
-        patience_s: Timeout, wall clock.
 
     Returns:
-        The bridge's report; None after the timeout.
+        The bridge's report; None after `PATIENCE_S`.
     """
     request, begun_s, reported = RecordStopRequest(request_id=uuid.uuid4().hex), time.monotonic(), False
 
@@ -37,9 +36,9 @@ def end_recording(
         check()
         if not reported and time.monotonic() > begun_s + REPORT_AFTER_S:
             reported = True
-            report(f"the bridge does not answer yet; waiting up to {patience_s:.0f} s for it")
+            report(f"the bridge does not answer yet; waiting up to {PATIENCE_S:.0f} s for it")
 
-    while (left_s := begun_s + patience_s - time.monotonic()) > 0:
+    while (left_s := begun_s + PATIENCE_S - time.monotonic()) > 0:
         try:
             return bus.call(topics.RECORD_STOP, request, left_s, wait)
         except CallError:  # cut off, or away; the same request is carried out once, however often it comes

@@ -35,31 +35,13 @@ class RecordedPaint:
     covers: bool
 
 
-def read_painted(path: Path, robot: str | None = None) -> RecordedPaint:
-    """Read the last traversal in the recording at ``path``; batches of marks are joined to strokes again.
-
-    Args:
-        path: The recording.
-        robot: Namespace of the robot; may be left out if only one has painted.
-
-    Raises:
-        RecordingError: The file cannot be read.
-        SpecError: It holds no template of the robot, no paint or too much to be drawn, or several robots and none is
-            named.
-        PayloadError: A message in it does not fit its topic.
-    """
-    painted = read_all_painted(path, robot)
-    if len(painted) > 1:
-        problem = f"holds {len(painted)} robots ({', '.join(painted)})"
-        raise SpecError(str(path), "", problem, "name one with --robot")
-    (own,) = painted.values()
-    return own[-1]
-
-
 def read_all_painted(path: Path, robot: str | None = None) -> dict[str, list[RecordedPaint]]:
     """Read all traversals in the recording at ``path``, by namespace, of all robots or of one.
 
-    Raises as `read_painted`, except for several robots.
+    Raises:
+        RecordingError: The file cannot be read.
+        SpecError: It holds no template of the robot, no paint or too much to be drawn.
+        PayloadError: A message in it does not fit its topic.
     """
     from touchline.recordings.channels import namespace_at, topic_at
     from touchline.recordings.reader import RecordingReader
