@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from touchline.schemas.curves import PathTable
-from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.plots.actuator_series import actuator_series
@@ -41,7 +40,7 @@ QUANTITIES = {
 }
 
 
-def draw_along(axes: "Axes", plan: Plan, vehicle: Vehicle, quantity: str) -> "LineCollection":
+def draw_along(axes: "Axes", plan: Plan, quantity: str) -> "LineCollection":
     """Draw the robot's path by `quantity` ("speed" or "curvature"), thick and edged in white while it paints.
 
     Returns the artist that a colour bar needs.

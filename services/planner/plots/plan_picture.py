@@ -100,7 +100,7 @@ def draw_plan(axes: "Axes", plan: Plan, template: Template, colour: str, vehicle
     if colour == "plain":
         _draw(axes, plan, template, vehicle)
     else:
-        _draw_along(axes, plan, template, vehicle, colour)
+        _draw_along(axes, plan, template, colour)
 
 
 def _draw(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle) -> None:
@@ -159,14 +159,14 @@ def _draw_covered(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle
     _ends(axes, plan)
 
 
-def _draw_along(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle, colour: str) -> None:
+def _draw_along(axes: "Axes", plan: Plan, template: Template, colour: str) -> None:
     for section in plan.sections:
         if section.stroke:
             _band(axes, section.stroke, template)
         else:
             _arrows(axes, _path_points(section.path), INK)
     _left_out(axes, plan, template)
-    lines = draw_along(axes, plan, vehicle, colour)
+    lines = draw_along(axes, plan, colour)
     for width, label in ((PAINTED_PT, "robot while painting"), (TRANSITION_PT, "robot between lines")):
         axes.plot([], [], color=INK, linewidth=width, label=label)
     label, marks = QUANTITIES[colour].label, QUANTITIES[colour].marks
