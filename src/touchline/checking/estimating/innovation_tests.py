@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import ndtri
 
 Floats = NDArray[np.float64]
 
@@ -51,9 +51,10 @@ def whiteness(white: Floats, lag: int) -> Whiteness:
         lag: Number of innovations.
     """
     n, axes = white.shape
-    scores = stats.norm.ppf(stats.rankdata(white, axis=0) / (n + 1))
+    ranks = white.argsort(axis=0, kind="stable").argsort(axis=0) + 1
+    scores = ndtri(ranks / (n + 1))
     r = (scores[lag:] * scores[:-lag]).sum(axis=0) / (scores**2).sum(axis=0)
-    most = float(stats.norm.ppf(1.0 - 0.5 * (1.0 - LEVEL))) / math.sqrt(n * axes)
+    most = float(ndtri(1.0 - 0.5 * (1.0 - LEVEL))) / math.sqrt(n * axes)
     return Whiteness(float(r.mean()), most)
 
 

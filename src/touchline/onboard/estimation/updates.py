@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 
 @borrowing
-def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g: Floats, taught: int) -> None:
+def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g: Floats, taught: int) -> float:
     """Update with one number: with S = h P hᵀ + r, x ← x + P hᵀ y/S and P ← P − (P hᵀ)(P hᵀ)ᵀ/S.
 
     States behind those that are taught are considered: they and their covariance stay, and the others know how wrong
@@ -31,8 +31,11 @@ def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g
         h: (STATES,) row of the measurement, mostly zeros.
         innovation: y, measured less expected.
         variance: r, variance of the measurement.
-        g: (STATES,) overwritten.
+        g: (STATES,) set to P hᵀ/√S.
         taught: Number of states that are taught: `STATES` or `VARYING`.
+
+    Returns:
+        y/√S: states that are taught have changed by g times that.
     """
     s = variance
     for i in range(STATES):
@@ -43,11 +46,20 @@ def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g
                 g[i] += P[k, i] * h[k]  # P is symmetric to the bit: its rows lie together in memory
     for i in range(STATES):
         s += h[i] * g[i]
+    root = 1.0 / math.sqrt(s)
+    for i in range(STATES):
+        g[i] *= root
+    whitened = innovation * root
     for i in range(taught):
-        x[i] += g[i] * innovation / s
-        for k in range(i, STATES):
-            P[i, k] -= g[i] * g[k] / s
-            P[k, i] = P[i, k]
+        x[i] += g[i] * whitened
+    # Rows of a length that the compiler knows; g[i]·g[k] is symmetric to the bit, (g[i]/S)·g[k] is not.
+    for i in range(VARYING):
+        for k in range(STATES):
+            P[i, k] -= g[i] * g[k]
+    for i in range(VARYING, STATES):
+        for k in range(taught):
+            P[i, k] -= g[i] * g[k]
+    return whitened
 
 
 @borrowing
@@ -123,12 +135,9 @@ def apply_two(x: Floats, P: Floats, h: Floats, y: tuple[float, float], r: float,
         taught: Number of states that are taught, as in `apply`.
     """
     y0, y1 = y
-    before = np.zeros(STATES)
-    for i in range(STATES):
-        before[i] = x[i]
-    apply(x, P, h[0], y0, r, g, taught)
-    for i in range(STATES):
-        y1 -= h[1, i] * (x[i] - before[i])
+    moved = apply(x, P, h[0], y0, r, g, taught)
+    for i in range(taught):
+        y1 -= h[1, i] * g[i] * moved
     apply(x, P, h[1], y1, r, g, taught)
 
 
