@@ -138,6 +138,29 @@ def test_what_does_not_fit_into_words_is_left_to_numba() -> None:
     assert length("four") == 4
 
 
+def test_what_is_left_to_numba_calls_kernels() -> None:
+    _, outer = chain()
+
+    @kernel
+    def scaled(text: str, x: float) -> float:
+        return len(text) * outer(x)
+
+    assert scaled("four", 1.0) == 48.0
+
+
+def test_code_holds_the_functions_of_numba_that_it_and_its_callees_call() -> None:
+    @kernel
+    def near(x: float) -> float:
+        return math.hypot(x, 0.0)
+
+    @kernel
+    def total(values: Any) -> float:
+        return near(values[0]) + math.hypot(values[1], 0.0) + (2.0 * values).sum()
+
+    assert total.address((np.ones(2),))
+    assert total(np.ones(2)) == 6.0
+
+
 def test_lists_in_kernels_are_given_back() -> None:
     @kernel
     def total(count: int) -> float:

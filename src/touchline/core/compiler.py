@@ -5,14 +5,16 @@ rebuilds the arguments from it, calls the kernel and leaves the result behind th
 Python but `malloc` and `free`: Numba's runtime is replaced by the one below.
 
 Most kernels are called by other kernels only, whose code then holds theirs. Numba's public dispatcher would optimise
-each of them for itself, make it into machine code and wrap it for Python, and once more for every constant that it is
-called with: half of the time. Therefore parts are compiled through its compiler's own interface (`_Part`,
-`_Dispatcher`); they are all of Numba's private names that are used, and hold for the versions in pyproject.toml.
+each of them together with all that it calls, make it into machine code and wrap it for Python, and once more for every
+constant that it is called with: half of the time. Therefore parts are compiled through its compiler's own
+interface (`_Part`, `_Dispatcher`), simplified each for itself, and optimised once, in the code of a kernel that Python
+calls. These two classes use all of Numba's private names that are needed, and hold for the versions in pyproject.toml.
 """
 
 import ctypes
 import gc
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any, Final
 
 import llvmlite.binding as llvm
@@ -197,7 +199,36 @@ define ptr @"{name}"(ptr %block) {{
 
 
 class _Part(JITCodeLibrary):
-    """Code that is only linked into its callers', which become machine code; optimised first, it makes them faster."""
+    """Code of one function, to be linked into that of the kernels that Python calls, which is optimised as a whole.
+
+    Attributes:
+        module: The function's code, simplified.
+        callees: Libraries with the functions that it calls.
+    """
+
+    def __init__(self, codegen: Any, name: str) -> None:
+        super().__init__(codegen, name)  # type: ignore[no-untyped-call]
+        self.module = llvm.parse_assembly("")
+        self.callees: list[Any] = []
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        """Add code of the function."""
+        module = llvm.parse_assembly(str(ir_module))
+        _simplify(module)
+        self.module.link_in(module)
+
+    def add_linking_library(self, library: Any) -> None:
+        """Add a library with a function that it calls; one of Numba's is optimised and complete thereafter."""
+        self.callees.append(library)
+        if not isinstance(library, _Part):
+            super().add_linking_library(library)  # type: ignore[no-untyped-call]
+
+    def finalize(self) -> None:
+        """Link the code with all that it calls, for a function that Numba's own dispatcher compiles."""
+        self.add_llvm_module(self.module.clone())  # type: ignore[no-untyped-call]
+        for callee in self.callees:
+            super().add_linking_library(callee)  # type: ignore[no-untyped-call]
+        super().finalize()  # type: ignore[no-untyped-call]
 
     def _finalize_final_module(self) -> None:
         self._finalized = True
@@ -233,7 +264,7 @@ class _Dispatcher(CPUDispatcher):
         flags: Any = Flags()
         self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
         flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
-        library = _Part(context.codegen(), self.py_func.__qualname__)  # type: ignore[no-untyped-call]
+        library = _Part(context.codegen(), self.py_func.__qualname__)
         part = compile_extra(self.typingctx, context, self.py_func, args, None, flags, {}, library)
         context.insert_user_function(library, part.fndesc, [library])
         return part
@@ -441,8 +472,7 @@ def _emitted(entry: Any, name: str, native: str) -> bytes:
 
     Numba's functions return a code, 0 and −2 if all is well, and store where their exception is described.
     """
-    entry.library.finalize()
-    module = llvm.parse_assembly(entry.library.get_llvm_str())
+    module = _linked(entry.library)
     module.link_in(llvm.parse_assembly(_RUNTIME + _CALL.format(name=name, inner=entry.fndesc.llvm_func_name)))
     if native:
         module.link_in(llvm.parse_assembly(f'declare ptr @"{name}"(ptr)\n{native}'))
@@ -452,13 +482,66 @@ def _emitted(entry: Any, name: str, native: str) -> bytes:
     for variable in module.global_variables:
         if not variable.is_declaration:
             variable.linkage = "internal"
-    passes = llvm.create_new_module_pass_manager()
-    passes.add_global_dead_code_eliminate_pass()
-    passes.add_strip_dead_prototype_pass()
-    machine = target_machine()
-    passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options()))
+    _optimise(module)
     for function in module.functions:
         if function.is_declaration and not (function.name.startswith("llvm.") or hasattr(_process, function.name)):
             raise UnsupportedArgumentError(f"{name} needs {function.name} of Numba")
-    code: bytes = machine.emit_object(module)
+    code: bytes = target_machine().emit_object(module)
     return code
+
+
+def _linked(part: _Part) -> Any:
+    """The code of a function and of all that it calls, in one module."""
+    module, to_link = llvm.parse_assembly(""), [part]
+    parts = {part}
+    others: dict[Any, None] = {}
+    while to_link:
+        linked = to_link.pop()
+        module.link_in(linked.module, preserve=True)
+        for callee in linked.callees:
+            if not isinstance(callee, _Part):
+                others[callee] = None
+            elif callee not in parts:
+                parts.add(callee)
+                to_link.append(callee)
+    for library in others:  # last, because only what is called by then is taken of their code
+        module.link_in(_of_numba(library), preserve=True)
+    return module
+
+
+@cache
+def _of_numba(library: Any) -> Any:
+    """The code of a library that Numba has linked; several may hold the same function."""
+    module = llvm.parse_assembly(library.get_llvm_str())
+    for function in module.functions:
+        if not function.is_declaration and function.linkage == llvm.Linkage.external:
+            function.linkage = "linkonce_odr"
+    return module
+
+
+def _simplify(module: Any) -> None:
+    """Make the code of a function smaller, once for all kernels that it is linked into."""
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_sroa_pass()
+    passes.add_simplify_cfg_pass()
+    passes.add_instruction_combine_pass()
+    passes.add_jump_threading_pass()
+    passes.add_refprune_pass()
+    passes.run(module, _builder())
+
+
+def _optimise(module: Any) -> None:
+    """Optimise the code of a kernel and all that it calls; references are paired once more after inlining."""
+    passes = _builder().getModulePassManager()
+    passes.add_refprune_pass()
+    passes.add_global_dead_code_eliminate_pass()
+    passes.add_strip_dead_prototype_pass()
+    passes.run(module, _builder())
+
+
+@cache
+def _builder() -> Any:
+    """Pass builder with Numba's settings, for the machine that code is made for."""
+    options = llvm.create_pipeline_tuning_options(3)
+    options.loop_vectorization, options.slp_vectorization = True, False
+    return llvm.create_pass_builder(target_machine(), options)
