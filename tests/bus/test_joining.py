@@ -124,7 +124,7 @@ def test_a_service_waits_for_a_router_until_it_is_interrupted_and_a_command_does
     path = tmp_path / "zenoh.json5"
     path.write_text("{mode: 'client'}")
     environment = {**os.environ, **BusConfig(endpoint=bus_config.endpoint, config_file=path).environment()}
-    absent = f"nobody listens at {bus_config.endpoint} (Connection refused); is the router running?"
+    absent = f"nobody listens at {bus_config.endpoint} (Connection refused); start the router"
     service = [sys.executable, "-m", "touchline", "planner", "--logs", str(tmp_path)]
     with subprocess.Popen(service, env=environment, stderr=subprocess.PIPE, text=True) as planner:
         assert planner.stderr.readline() == f"warning: {absent}; still trying\n"
@@ -190,7 +190,7 @@ def test_only_who_waits_for_a_router_goes_on_without_one(bus_config, tmp_path, m
     monkeypatch.setattr("touchline.bus.joining._ABORT_AFTER_S", 0.5)
     (client := tmp_path / "client.json5").write_text('{mode: "client"}')
     router = BusConfig(bus_config.endpoint, config_file=client)
-    absent = r"nobody listens at tcp/127\.0\.0\.1:\d+ \(Connection refused\); is the router running\?"
+    absent = r"nobody listens at tcp/127\.0\.0\.1:\d+ \(Connection refused\); start the router"
     with pytest.raises(TouchlineError, match=f"^{absent}$"), Bus.open("test", router):
         pass
     waited = iter([False] * 200)

@@ -177,7 +177,7 @@ def _why_silent(settings: zenoh.Config, config: BusConfig) -> str:
     """Return why nobody answers; empty if that is not known. Zenoh reports whatever fails in TLS as a timeout."""
     absent = [_absence(endpoint) for endpoint in endpoints(settings, "connect")]
     if absent and all(absent):
-        return f"{absent[0]}; is the router running?"
+        return f"{absent[0]}; start the router"
     whom = _whom(settings)
     return why_refused(whom, config.identity) if config.identity is not None and whom.startswith("tls/") else ""
 
