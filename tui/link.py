@@ -9,10 +9,10 @@ from contextlib import contextmanager, suppress
 from itertools import zip_longest
 from typing import Any
 
-from touchline.bus import Bus, BusConfig, Inbox, Sample, StopProof, proves
+from touchline.bus import Bus, BusConfig, Inbox, Sample, StopProof, repeat_at_door
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
-from touchline.schemas.errors import PayloadError
+from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.service_messages import GetPaintRequest, GetPaintResponse
 from touchline.schemas.messages.standard import String
@@ -217,13 +217,15 @@ class BusLink:
             CallFailed: There is no usable answer.
         """
         try:
-            answer: Message = self._bus.call(service, request, timeout_s)
-            doubt = self._proof.lacking(service.name, timeout_s) if proves(service.name) else ""
+            answer: Message = self._proof.call(service, request, timeout_s)
         except Exception as error:  # a closing bus may raise anything
             raise CallFailed(str(error) or type(error).__name__) from error
-        if doubt and getattr(answer, "success", True):
-            raise CallFailed(doubt)
         return answer
+
+    def repeat_at_door(self, service: Service[Any, Any], request: Message, called_off: threading.Event) -> None:
+        """Send a request at the robot's own door until it proves there that it has obeyed, or is called off."""
+        with suppress(TouchlineError):  # the bus goes on without the door
+            repeat_at_door(service, request, self._bus.node, self._bus.config, called_off)
 
     def post(self, service: Service[Any, Any], request: Message) -> None:
         """Send a request without waiting for its answer."""

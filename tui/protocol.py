@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -67,7 +68,7 @@ Incoming = Received | Skimmed | NodeChanged | Rejected | PaintFetched | Lost
 
 
 class Link(Protocol):
-    """Link to one robot. Only `call` blocks; it and `post` may be called from any thread."""
+    """Link to one robot. Only `call` and `repeat_at_door` block; they and `post` may be called from any thread."""
 
     def poll(self) -> list[Incoming]:
         """Return everything that came in since the last poll, state topics reduced to their last message.
@@ -86,6 +87,10 @@ class Link(Protocol):
 
     def post(self, service: Service[Any, Any], request: Message) -> None:
         """Send a request at once, from the calling thread, ignoring the answer. Never raises."""
+        ...
+
+    def repeat_at_door(self, service: Service[Any, Any], request: Message, called_off: threading.Event) -> None:
+        """Send a request at the robot's own door until it has obeyed, or `called_off` is set. Never raises."""
         ...
 
     def attend(self, *, closely: bool) -> None:

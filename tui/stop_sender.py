@@ -1,4 +1,4 @@
-"""Repetition of an emergency stop until the robot has acknowledged it."""
+"""Repetition of an emergency stop until the robot has acknowledged it, by the bus and at the robot's own door."""
 
 from __future__ import annotations
 
@@ -59,11 +59,15 @@ class StopSender:
 
     def _repeat(self, stop: _Stop) -> None:
         """Send at least once: the reason for calling it off may be older than the key press."""
+        order = (stop.order.service, stop.order.request, stop.called_off)
+        at_door = threading.Thread(target=self._link.repeat_at_door, args=order, name="estop-door", daemon=True)
         while True:
             due_s = time.monotonic() + EVERY_S
             self._try(stop)
             if stop.called_off.wait(max(due_s - time.monotonic(), 0.0)):
                 return
+            if at_door.ident is None:  # not in vain: whoever carries the bus may hang while the robot goes on
+                at_door.start()
 
     def _try(self, stop: _Stop) -> None:
         with self._lock:

@@ -107,7 +107,7 @@ def run_replay(
     source = ReplaySource(path)
     _check_times(path, source, playback)
     player = ReplayPlayer(source, playback.speed, not playback.paused, playback.loops, playback.from_s, playback.to_s)
-    with Bus.open_all(topics.REPLAY, config.of(*names.values()), stop) as buses:
+    with Bus.open_all(topics.REPLAY, config.of(*names.values())) as buses:
         run = ReplayRun(os.urandom(6))
         robots = {recorded: ReplayedRobot(bus, run) for recorded, bus in zip(names, buses, strict=True)}
         time.sleep(_SETTLE_S)  # newcomers learn of the publishers, and we of them

@@ -159,7 +159,7 @@ def main(pipe: int, run: str) -> None:
     os.set_blocking(pipe, False)
     wait = select.poll()
     wait.register(pipe, select.POLLIN)
-    with Bus.open_all(topics.TELEMETRY, BusConfig.from_environment()) as buses:
+    with Bus.open_all(topics.TELEMETRY, BusConfig.from_environment(), lambda: False) as buses:
         sender = Sender(buses, run)
         while sender.turn(pipe):
             wait.poll(1e3 * _IDLE_S)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -15,7 +16,6 @@ import zenoh
 from tests.meeting import caught_up
 from touchline.bus import Bus, BusConfig
 from touchline.bus.common_settings import MAX_MESSAGE_BYTES
-from touchline.bus.joining import check_router
 from touchline.bus.remote_access import beyond_loopback, is_loopback
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError, TouchlineError
@@ -120,19 +120,19 @@ def test_another_program_at_the_meeting_point_is_told(bus_config, monkeypatch, c
     assert "does not answer" in caplog.text
 
 
-def test_waiting_for_a_router_can_be_interrupted(tmp_path, bus_config):
+def test_a_service_waits_for_a_router_until_it_is_interrupted_and_a_command_does_not(tmp_path, bus_config):
     path = tmp_path / "zenoh.json5"
     path.write_text("{mode: 'client'}")
     environment = {**os.environ, **BusConfig(endpoint=bus_config.endpoint, config_file=path).environment()}
-    with subprocess.Popen(
-        [sys.executable, "-m", "touchline", "goto", "1", "1"],
-        env=environment,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as status:
-        assert "does not answer; still trying" in status.stderr.readline()
-        status.send_signal(signal.SIGTERM)
-        assert status.wait(60) == 128 + signal.SIGTERM
+    absent = f"nobody listens at {bus_config.endpoint} (Connection refused); start the router"
+    service = [sys.executable, "-m", "touchline", "planner", "--logs", str(tmp_path)]
+    with subprocess.Popen(service, env=environment, stderr=subprocess.PIPE, text=True) as planner:
+        assert planner.stderr.readline() == f"warning: {absent}; still trying\n"
+        planner.send_signal(signal.SIGTERM)
+        assert planner.wait(60) == 130
+    command = [sys.executable, "-m", "touchline", "goto", "1", "1"]
+    goto = subprocess.run(command, env=environment, capture_output=True, text=True, check=False, timeout=100)
+    assert (goto.returncode, goto.stderr) == (2, f"error: {absent}\n")
 
 
 def test_idle_connections_do_not_keep_a_peer_out(bus_config):
@@ -185,8 +185,21 @@ def test_a_message_that_is_too_large_harms_nobody(bus_config):
         assert inbox.drain() == []
 
 
-def test_a_router_that_is_not_there_is_found_out_at_once(bus_config, tmp_path):
+def test_only_who_waits_for_a_router_goes_on_without_one(bus_config, tmp_path, monkeypatch, caplog):
+    monkeypatch.setattr("touchline.bus.joining._REPORT_AFTER_S", 0.1)
+    monkeypatch.setattr("touchline.bus.joining._ABORT_AFTER_S", 0.5)
     (client := tmp_path / "client.json5").write_text('{mode: "client"}')
-    check_router(bus_config)  # of peers, the first one may be this
-    with pytest.raises(TouchlineError, match=r"nobody listens at tcp/127\.0\.0\.1:\d+ \(Connection refused\)"):
-        check_router(BusConfig(bus_config.endpoint, config_file=client))
+    router = BusConfig(bus_config.endpoint, config_file=client)
+    absent = r"nobody listens at tcp/127\.0\.0\.1:\d+ \(Connection refused\); start the router"
+    with pytest.raises(TouchlineError, match=f"^{absent}$"), Bus.open("test", router):
+        pass
+    waited = iter([False] * 200)
+    with pytest.raises(KeyboardInterrupt), Bus.open("test", router, lambda: next(waited, True)):
+        pass
+    assert re.search(f"{absent}; still trying", caplog.text)
+    with (
+        socket.create_server(("127.0.0.1", port_of(router))),
+        pytest.raises(TouchlineError, match=r"what listens on tcp/.* does not answer; if it is another program"),
+        Bus.open("test", router),
+    ):
+        pass

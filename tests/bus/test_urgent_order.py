@@ -18,6 +18,7 @@ from touchline.bus import (
     HealthReporter,
     StopProof,
     UrgentOrder,
+    repeat_at_door,
     repeat_until_acknowledged,
 )
 from touchline.schemas import messages as m
@@ -81,6 +82,13 @@ def test_a_robot_without_room_for_another_peer_is_reached_at_its_door(bus_config
         with pytest.raises(TouchlineError, match="does not answer"), Bus.open(topics.OPERATOR, bus_config):
             pass
         assert estop(bus_config).message == "request 1"
+
+
+def test_who_is_on_the_bus_sends_it_at_the_robots_door_too(bus_config):
+    request = CommandRequest(request_id="stop")
+    with robot(bus_config), Bus.open(topics.CONSOLE, bus_config) as bus:
+        repeat_at_door(topics.ESTOP, request, bus.node, bus.config, threading.Event())
+        assert bus.call(topics.ESTOP, request).message == "request 1"  # the answer that the door was given
 
 
 def test_an_order_to_a_frozen_robot_is_told_and_carried_out_once_when_it_goes_on(bus_config):

@@ -46,6 +46,7 @@ from touchline.security.identity import Identity
 secured_router._QUIET_S = float(sys.argv[2])
 identity = Identity.load(Path(sys.argv[1]))
 with open_router(BusConfig(identity.access.router, identity=identity)) as poll:
+    print("ready", flush=True)
     while True:
         poll()
         time.sleep(0.05)
@@ -58,10 +59,12 @@ def router(keys: CertificateAuthority, tmp_path: Path) -> Iterator[Path]:
     """A router's process, which shares nothing with these sessions; its log."""
     log, folder = tmp_path / "router.log", keys.folder_of(keys.named("router.main"))
     with log.open("wb") as output:
-        process = subprocess.Popen([sys.executable, "-c", ROUTER, folder, str(QUIET_S)], stderr=output)
-    yield log
-    process.kill()
-    process.wait()
+        command = [sys.executable, "-c", ROUTER, folder, str(QUIET_S)]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=output, text=True)
+    with process:
+        assert process.stdout is not None and process.stdout.readline() == "ready\n", log.read_text()
+        yield log
+        process.kill()
 
 
 def until(holds: Callable[[], object], within_s: float = 15.0) -> bool:

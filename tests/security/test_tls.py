@@ -152,7 +152,7 @@ def test_who_speaks_no_tls(anna: Identity, monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(tls_check, "_PATIENCE_S", 0.1)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         endpoint = f"tls/127.0.0.1:{silent.getsockname()[1]}"
-        assert why_refused(endpoint, anna) == f"{endpoint} speaks no TLS, or hangs"
+        assert why_refused(endpoint, anna).startswith(f"{endpoint} speaks no TLS, or hangs")
     with socket.create_server(("127.0.0.1", 0)) as talking:
         monkeypatch.setattr(tls_check, "_PATIENCE_S", 60.0)
         answer = threading.Thread(target=answer_in_clear, args=(talking,))

@@ -31,7 +31,8 @@ def line_of(name: str, message: Message) -> dict[str, object]:
 
 
 def main(file: Path, names: list[str]) -> None:
-    with Bus.open(topics.OPERATOR, BusConfig.from_environment((topics.TEAM_NAMESPACE,))) as bus, file.open("w") as out:
+    config = BusConfig.from_environment((topics.TEAM_NAMESPACE,))
+    with Bus.open(topics.OPERATOR, config, lambda: False) as bus, file.open("w") as out:  # the router may come later
         inboxes = {name: bus.of(name).inbox([topics.TRUE_WAY, topics.DIAGNOSTICS]) for name in names}
         inboxes[topics.TEAM_NAMESPACE] = bus.inbox([topics.TEAM_STATUS, topics.DIAGNOSTICS])
         while True:

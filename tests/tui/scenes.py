@@ -31,6 +31,7 @@ class FakeLink:
     incoming: list[Incoming] = field(default_factory=list)
     asked: list[tuple[str, Any]] = field(default_factory=list)
     posted: list[tuple[str, Any]] = field(default_factory=list)
+    at_door: list[tuple[str, Any]] = field(default_factory=list)
     answers: dict[str, Answer] = field(default_factory=dict)
     fetches: int = 0
     held: threading.Event | None = None
@@ -69,6 +70,9 @@ class FakeLink:
 
     def post(self, service: Service[Any, Any], request: Message) -> None:
         self.posted.append((service.name, request))
+
+    def repeat_at_door(self, service: Service[Any, Any], request: Message, called_off: threading.Event) -> None:
+        self.at_door.append((service.name, request))
 
     def attend(self, *, closely: bool) -> None:
         self.closely = closely

@@ -49,6 +49,7 @@ async def test_it_is_repeated_without_end_until_the_status_says_so(template: Tem
         await until(pilot, lambda: "NOT ACKNOWLEDGED – repeating" in plain(app, SignalBar))
         await until(pilot, lambda: len(link.asked) > 8)
         assert len(set(stop_ids(link))) == 1
+        assert link.at_door == [link.asked[0]]
         link.incoming.append(received(topics.STATUS, STOPPED))
         await until(pilot, lambda: "E-STOP ACCEPTED" in plain(app, SignalBar))
         assert app.state.orders.stop.phase is Phase.HELD

@@ -6,8 +6,8 @@ from touchline.bus.config import BusConfig
 from touchline.bus.health import HealthReporter
 from touchline.bus.inbox import Inbox, Sample
 from touchline.bus.publisher import Publisher
-from touchline.bus.stop_proof import StopProof, proves
-from touchline.bus.urgent_order import UrgentOrder, repeat_until_acknowledged
+from touchline.bus.stop_proof import StopProof
+from touchline.bus.urgent_order import UrgentOrder, repeat_at_door, repeat_until_acknowledged
 
 __all__ = [
     "AccessError",
@@ -23,6 +23,6 @@ __all__ = [
     "Server",
     "StopProof",
     "UrgentOrder",
-    "proves",
+    "repeat_at_door",
     "repeat_until_acknowledged",
 ]

@@ -76,7 +76,7 @@ class Bus:
         cls,
         node: str,
         config: BusConfig | None = None,
-        stop: Callable[[], object] = lambda: False,
+        stop: Callable[[], object] | None = None,
         patience_s: float = PATIENCE_S,
     ) -> Iterator[Self]:
         """Join the bus as ``node``; leaving the context leaves the bus.
@@ -86,17 +86,18 @@ class Bus:
         Args:
             node: This process's name.
             config: Bus configuration; from the environment if not given.
-            stop: Waiting for an absent router ends when this returns true.
+            stop: An absent router is waited for until this returns true; if it is not given, for a few seconds.
             patience_s: A peer that does not take a message for this long is cut off; it may join again.
 
         Raises:
             SpecError: The configuration cannot be used.
-            TouchlineError: Another program listens on the endpoint.
+            TouchlineError: The bus cannot be joined.
             KeyboardInterrupt: ``stop()`` was true before the bus was joined.
         """
         config = config or BusConfig.from_environment()
         check_identity(node, config)
-        with cls._of(join(config, node, lambda: bool(stop()), patience_s), node, config, patience_s) as bus:
+        session = join(config, node, None if stop is None else lambda: bool(stop()), patience_s)
+        with cls._of(session, node, config, patience_s) as bus:
             yield bus
 
     @classmethod
@@ -105,7 +106,7 @@ class Bus:
         cls,
         node: str,
         config: BusConfig,
-        stop: Callable[[], object] = lambda: False,
+        stop: Callable[[], object] | None = None,
         patience_s: float = PATIENCE_S,
     ) -> Iterator[tuple[Self, ...]]:
         """Join the bus like :meth:`open`, for each of the robots of ``config``, in their order."""

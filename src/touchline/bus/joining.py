@@ -1,7 +1,6 @@
 """Opening and closing of Zenoh sessions: raises the descriptor limit, warns of remote access, bounds all waits."""
 
 import errno
-import json
 import logging
 import resource
 import socket
@@ -40,13 +39,13 @@ _OTHER_DESCRIPTORS: Final = 40
 _FEW_PEERS: Final = 100
 
 
-def join(config: BusConfig, node: str, stop: Callable[[], bool], patience_s: float) -> zenoh.Session:
+def join(config: BusConfig, node: str, stop: Callable[[], bool] | None, patience_s: float) -> zenoh.Session:
     """Open a session on the bus; use :meth:`touchline.bus.Bus.open`.
 
     Raises:
         SpecError: The configuration cannot be used.
         TouchlineError: The endpoint cannot be used, other machines could reach an open bus, another program listens
-            there, or the router of a secured bus knows nothing of this identity.
+            there, the router of a secured bus knows nothing of this identity, or there is no router and no `stop`.
         KeyboardInterrupt: ``stop()`` was true first.
     """
     settings = config.zenoh(node, patience_s)
@@ -66,30 +65,6 @@ def join(config: BusConfig, node: str, stop: Callable[[], bool], patience_s: flo
         raise
     _LOG.info("joined %s as %s", config.endpoint, node)
     return session
-
-
-def check_router(config: BusConfig) -> None:
-    """Look for the router of a bus that has one; :func:`join` waits for it as long as it takes.
-
-    Raises:
-        SpecError: The configuration cannot be used.
-        TouchlineError: Nobody listens where it should be.
-    """
-    settings = config.zenoh()
-    if json.loads(settings.get_json("mode")) != "client":
-        return
-    problem = ""
-    for endpoint in endpoints(settings, "connect"):
-        protocol, host, port = split(endpoint)
-        if protocol not in ("tcp", "tls"):
-            return
-        try:
-            with socket.create_connection((host, int(port)), _LOOK_S):
-                return
-        except OSError as error:
-            problem = f"nobody listens at {endpoint} ({error.strerror or error}); is the router running?"
-    if problem:
-        raise TouchlineError(problem)
 
 
 def leave(session: zenoh.Session, wait_s: float = _LEAVE_S) -> None:
@@ -136,39 +111,87 @@ def listen(settings: zenoh.Config, what: str) -> zenoh.Session:
         raise TouchlineError(f"{what} cannot listen on {where}: {reason}") from error
 
 
-def _opened(settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:
-    """Open in a thread: a client waits there for its router as long as it takes, and no signal would be handled."""
+def _opened(settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool] | None) -> zenoh.Session:
+    """Open in a thread: a client waits there for its router as long as it takes, and no signal would be handled.
+
+    Raises:
+        TouchlineError: It cannot be opened, or, without `stop`, nobody answers.
+        KeyboardInterrupt: ``stop()`` was true first.
+    """
     zenoh.init_log_from_env_or("off")
     sessions: list[zenoh.Session] = []
     errors: list[Exception] = []
+    given_up = threading.Event()
 
     def work() -> None:
         try:
-            sessions.append(zenoh.open(settings))
+            session = zenoh.open(settings)
         except Exception as error:  # noqa: BLE001, raised again by who waits
             errors.append(error)
+        else:
+            sessions.append(session)
+            if given_up.is_set():
+                leave(session, 0.0)
 
     thread = threading.Thread(target=work, name="join-bus", daemon=True)
     thread.start()
-    tell_at: float | None = time.monotonic() + _REPORT_AFTER_S
-    while thread.is_alive():
-        thread.join(_POLL_S)
-        if stop():
-            raise KeyboardInterrupt
-        if tell_at is not None and time.monotonic() > tell_at:
-            tell_at = None
-            _LOG.warning("%s; still trying", _why_silent(settings, config))
+    try:
+        _wait_until_open(thread, settings, config, stop)
+    except BaseException:
+        given_up.set()
+        raise
     if errors:
         reason = str(errors[0]).partition(" at /")[0]  # the rest is a place in Zenoh's own source
         raise TouchlineError(f"the bus at {config.endpoint} cannot be joined: {reason}") from errors[0]
     return sessions[0]
 
 
+def _wait_until_open(
+    opening: threading.Thread, settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool] | None
+) -> None:
+    begun_s, reported = time.monotonic(), False
+    while opening.is_alive():
+        opening.join(_POLL_S)
+        if stop is not None and stop():
+            raise KeyboardInterrupt
+        waited_s = time.monotonic() - begun_s
+        if waited_s > _REPORT_AFTER_S and not reported:
+            reported, reason = True, _why_silent(settings, config)
+            if stop is None and reason and opening.is_alive():
+                raise TouchlineError(reason)
+            _LOG.warning("%s; still trying", reason or f"{_whom(settings)} does not answer")
+        if stop is None and waited_s > _ABORT_AFTER_S:
+            raise TouchlineError(_remedy(_whom(settings)))
+
+
+def _whom(settings: zenoh.Config) -> str:
+    return ", ".join(endpoints(settings, "connect")) or "the bus"
+
+
+def _remedy(endpoint: str) -> str:
+    who = f"what listens on {endpoint} does not answer; if it is another program, or frozen,"
+    return f"{who} stop it, or choose another {ENDPOINT_VARIABLE}"
+
+
 def _why_silent(settings: zenoh.Config, config: BusConfig) -> str:
-    """Return why nobody answers: Zenoh reports whatever fails in TLS as a timeout."""
-    whom = ", ".join(endpoints(settings, "connect")) or "the bus"
-    reason = why_refused(whom, config.identity) if config.identity is not None and whom.startswith("tls/") else ""
-    return reason or f"{whom} does not answer"
+    """Return why nobody answers; empty if that is not known. Zenoh reports whatever fails in TLS as a timeout."""
+    absent = [_absence(endpoint) for endpoint in endpoints(settings, "connect")]
+    if absent and all(absent):
+        return f"{absent[0]}; start the router"
+    whom = _whom(settings)
+    return why_refused(whom, config.identity) if config.identity is not None and whom.startswith("tls/") else ""
+
+
+def _absence(endpoint: str) -> str:
+    """Return that nobody listens at an endpoint; empty if somebody does, or that cannot be known."""
+    protocol, host, port = split(endpoint)
+    if protocol not in ("tcp", "tls"):
+        return ""
+    try:
+        socket.create_connection((host, int(port)), _LOOK_S).close()
+    except OSError as error:
+        return f"nobody listens at {endpoint} ({error.strerror or error})"
+    return ""
 
 
 def _check_admitted(session: zenoh.Session, identity: Identity) -> None:
@@ -200,18 +223,16 @@ def _occupied(endpoint: str) -> bool:
     return False
 
 
-def _meet(session: zenoh.Session, config: BusConfig, begun_s: float, stop: Callable[[], bool]) -> None:
+def _meet(session: zenoh.Session, config: BusConfig, begun_s: float, stop: Callable[[], bool] | None) -> None:
     """Wait for the peer that keeps the meeting point.
 
     Raises:
         TouchlineError: It does not answer as one of ours.
     """
-    who = f"what listens on {config.endpoint} does not answer; if it is another program, or frozen,"
-    remedy = f"{who} stop it, or choose another {ENDPOINT_VARIABLE}"
     reported = False
     while not session.info.peers_zid() and not session.info.routers_zid():
         waited_s = time.monotonic() - begun_s
-        if stop():
+        if stop is not None and stop():
             raise KeyboardInterrupt
         if not reported and waited_s > _REPORT_AFTER_S:
             reported = True
@@ -219,9 +240,9 @@ def _meet(session: zenoh.Session, config: BusConfig, begun_s: float, stop: Calla
                 return  # it left meanwhile, and we take its place
             if "asks for a certificate" in why_refused(f"tls/{config.endpoint.partition('/')[2]}", None):
                 raise TouchlineError(f"{config.endpoint} is a secured bus; give an identity: --identity")
-            _LOG.warning("%s", remedy)
+            _LOG.warning("%s", _remedy(config.endpoint))
         if waited_s > _ABORT_AFTER_S:
-            raise TouchlineError(remedy)
+            raise TouchlineError(_remedy(config.endpoint))
         time.sleep(_POLL_S)
 
 

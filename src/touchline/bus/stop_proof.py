@@ -7,15 +7,16 @@ hangs. At its own door the robot alone answers.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Final
 
 from touchline.bus.bus import Bus
-from touchline.bus.calls import Question
+from touchline.bus.calls import CallError, Question
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PayloadError
+from touchline.schemas.topics import Request, Response, Service
 from touchline.schemas.traversal_state import traversal_state
 
 _POLL_S: Final = 0.002
@@ -30,17 +31,8 @@ _STOPPED: Final[Mapping[str, frozenset[int]]] = {
 """By order, the states of a robot that has carried it out."""
 
 
-def proves(service: str) -> bool:
-    """Return whether the robot's state shows that an order was carried out.
-
-    Args:
-        service: Name of the order's service.
-    """
-    return service in _STOPPED
-
-
 class StopProof:
-    """Checks whether a robot has stopped as ordered.
+    """Calls a robot's services, and checks that it has stopped as ordered.
 
     Args:
         bus: Bus of the robot.
@@ -52,11 +44,44 @@ class StopProof:
         self._inbox = None if at_door else bus.inbox([topics.STATUS], keep="recent")
         self._reported_last: dict[bytes, int] = {}
 
+    def call(
+        self,
+        service: Service[Request, Response],
+        request: Request,
+        timeout_s: float,
+        while_waiting: Callable[[], None] | None = None,
+    ) -> Response:
+        """Call a service; where that stops the robot, its state has to prove the answer.
+
+        Args:
+            service: Row of the topic table.
+            request: The request.
+            timeout_s: Time for the answer, and again for the proof.
+            while_waiting: As for `Bus.call`.
+
+        Raises:
+            CallError: There is no answer, or the robot does not report that it has stopped.
+            PayloadError: The answer is not a response of this service.
+        """
+        answer = self._bus.call(service, request, timeout_s, while_waiting)
+        refused = not getattr(answer, "success", True)
+        if service.name not in _STOPPED or (refused and self._may_refuse(service.name)):
+            return answer
+        if problem := self.lacking(service.name, timeout_s):
+            raise CallError(problem)
+        return answer
+
+    def _may_refuse(self, service: str) -> bool:
+        """Return whether a refusal is believed: no robot refuses an emergency stop, and of two one is a stranger."""
+        robots = len(self._bus.sessions(topics.ROBOT_SIM))
+        replayed = robots == 0 and bool(self._bus.sessions(topics.REPLAY))
+        return replayed or (robots < 2 and service != topics.ESTOP.name)
+
     def lacking(self, service: str, timeout_s: float) -> str:
         """Return why it is not certain that the robot has stopped; "" if it is.
 
         Args:
-            service: Name of the order's service, one that `proves`.
+            service: Name of the service of a stop.
             timeout_s: Time to wait for the robot's status.
         """
         node, bus, until_s = topics.ROBOT_SIM, self._bus, time.monotonic() + timeout_s

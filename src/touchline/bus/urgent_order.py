@@ -1,5 +1,6 @@
 """Urgent orders: repeated over the bus and at the robots' own doors until every robot proves that it has obeyed."""
 
+import math
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -13,7 +14,7 @@ from touchline.bus.bus import Bus
 from touchline.bus.calls import AccessError, CallError
 from touchline.bus.config import BusConfig, Door
 from touchline.bus.identity_check import check_identity
-from touchline.bus.stop_proof import StopProof, proves
+from touchline.bus.stop_proof import StopProof
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.topics import Request, Response, Service
@@ -43,8 +44,7 @@ class UrgentOrder(Generic[Request, Response]):
         request: Request with an id, which makes one order of all repeats.
         patience_s: Time for which it is repeated.
         everyone: Whether it is for every robot on the bus; those of the bus configuration are asked before the others
-            are
-            known.
+            are known.
     """
 
     service: Service[Request, Response]
@@ -78,7 +78,7 @@ def repeat_until_acknowledged(
     """
     check_identity(node, config)
     doors = config.doors()
-    asked = _Asked(order, config.namespaces, {door.namespace for door in doors if door.namespace})
+    asked = _Asked(order, config.namespaces, {door.namespace for door in doors if door.namespace}, threading.Event())
     threads = [
         threading.Thread(target=asked.repeat, args=(path,), name="order", daemon=True)
         for path in _paths(order, node, config, doors, asked.done.is_set)
@@ -98,6 +98,29 @@ def repeat_until_acknowledged(
             raise CallError(f"{order.service.name}: NOT ACKNOWLEDGED within {order.patience_s:g} s: {asked.problem}")
     finally:
         asked.done.set()  # the threads leave by themselves: the caller waits for the answers only
+
+
+def repeat_at_door(
+    service: Service[Request, Response], request: Request, node: str, config: BusConfig, called_off: threading.Event
+) -> None:
+    """Send an order to one robot at its own door, again and again until it is proved there.
+
+    For those who are on the bus and send it there, too. Where there is no door this does nothing.
+
+    Args:
+        service: A service of the robot.
+        request: Request with the id of the order on the bus.
+        node: Name of this process on the bus.
+        config: Bus configuration of the robot.
+        called_off: Set by whoever calls the order off.
+
+    Raises:
+        SpecError: The bus configuration cannot be used.
+    """
+    asked = _Asked(UrgentOrder(service, request, math.inf), config.namespaces, set(), called_off)
+    for path in _door_paths(node, config, config.doors(), called_off.is_set):
+        if path.leads_to({config.namespace}):
+            asked.repeat(path)
 
 
 @dataclass(frozen=True)
@@ -128,10 +151,14 @@ def _paths(
 ) -> Iterable[_Path]:
     wanted, config = set(config.namespaces), config.of(config.namespaces[0])
     yield _Path(lambda: Bus.open(node, config, stop), _AMONG_ALL_S)
-    for door in doors:
-        path = _Path(partial(Bus.open_at_door, node, config, door, stop), _AT_DOOR_S, door)
+    for path in _door_paths(node, config, doors, stop):
         if order.everyone or path.leads_to(wanted):
             yield path
+
+
+def _door_paths(node: str, config: BusConfig, doors: Iterable[Door], stop: Callable[[], bool]) -> Iterator[_Path]:
+    for door in doors:
+        yield _Path(partial(Bus.open_at_door, node, config, door, stop), _AT_DOOR_S, door)
 
 
 class _Asked(Generic[Request, Response]):
@@ -144,10 +171,17 @@ class _Asked(Generic[Request, Response]):
         order: The order.
         robots: The robots that are asked first.
         everybody: All robots that may join the bus, if that is known: none can be missing when they have answered.
+        done: As the attribute.
     """
 
-    def __init__(self, order: UrgentOrder[Request, Response], robots: Iterable[str], everybody: set[str]) -> None:
-        self.done = threading.Event()
+    def __init__(
+        self,
+        order: UrgentOrder[Request, Response],
+        robots: Iterable[str],
+        everybody: set[str],
+        done: threading.Event,
+    ) -> None:
+        self.done = done
         self._order = order
         self._lock = threading.Lock()
         self._wanted = set(robots)
@@ -189,7 +223,7 @@ class _Asked(Generic[Request, Response]):
 
     def repeat(self, path: _Path) -> None:
         """Ask by one path until everybody has answered, or it is done."""
-        while not self.done.is_set():
+        while not self.done.is_set() and not self._all_answered():
             try:
                 with path.join() as bus:
                     self._ask(bus, path)
@@ -226,9 +260,7 @@ class _Asked(Generic[Request, Response]):
     def _call(self, bus: Bus, path: _Path) -> None:
         robot, proof = bus.namespace, StopProof(bus, at_door=path.door is not None)
         try:
-            answer = bus.call(self._order.service, self._order.request, path.attempt_s, lambda: self._go_on(robot))
-            if problem := self._doubt(bus, answer, path.attempt_s, proof):
-                raise CallError(problem)
+            answer = proof.call(self._order.service, self._order.request, path.attempt_s, lambda: self._go_on(robot))
         except (AccessError, PayloadError) as error:
             self._answers.put(error)
         except TouchlineError as error:
@@ -242,16 +274,6 @@ class _Asked(Generic[Request, Response]):
                     self._answered.add(robot)
                     self._problem = ""
                     self._answers.put((robot, answer))
-
-    def _doubt(self, bus: Bus, answer: Response, attempt_s: float, proof: StopProof) -> str:
-        """Return why an answer does not prove that the robot has obeyed; "" if it does."""
-        name, server = self._order.service.name, self._order.service.server
-        refused, robots = not getattr(answer, "success", True), len(bus.sessions(server))
-        replayed = robots == 0 and bool(bus.sessions(topics.REPLAY))
-        may_refuse = replayed or (robots < 2 and name != topics.ESTOP.name)  # no robot refuses an emergency stop
-        if not proves(name) or (refused and may_refuse):
-            return ""
-        return proof.lacking(name, attempt_s)
 
     def _find(self, robots: Iterable[str], all_found: bool) -> None:
         """Add robots that are on the bus; once all are known, absent ones are no longer waited for."""

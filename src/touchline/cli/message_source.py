@@ -50,5 +50,5 @@ def message_source(given: Sequence[str], robot: str | None, seconds: float) -> I
     from touchline.cli.live_messages import live_messages
 
     end_s = time.monotonic() + seconds if seconds else float("inf")
-    with until_stopped() as stop, Bus.open(topics.OBSERVER, config_of(robot), lambda: bool(stop)) as bus:
+    with Bus.open(topics.OBSERVER, config_of(robot)) as bus, until_stopped() as stop:
         yield live_messages(bus, given, lambda: bool(stop) or time.monotonic() > end_s)

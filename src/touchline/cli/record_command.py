@@ -48,7 +48,7 @@ def record(
     """
     check_recordable(file)
     named = robot is not None or bool(named_robots())
-    with until_stopped() as stop, Bus.open(topics.OPERATOR, config_of(robot), lambda: bool(stop)) as first:
+    with Bus.open(topics.OPERATOR, config_of(robot)) as first, until_stopped() as stop:
         bus = first if named else _with_bridge(first)
         watch = _Watch(bus)
         limits = {"max_bytes": round(max_size * 1e6), "max_s": max_time}

@@ -11,7 +11,6 @@ from rich.table import Table
 
 from touchline.bus import Bus, BusConfig, CallError
 from touchline.bus.config import named_robots
-from touchline.bus.joining import check_router
 from touchline.bus.secured_check import check_secured
 from touchline.cli.choices import SetupChoice
 from touchline.cli.display import print_event, print_json, print_line, print_table, say
@@ -180,7 +179,6 @@ class RobotState:
 def status(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:
     """Show the robots, services and replays on the bus, and their state."""
     config = BusConfig.from_environment()
-    check_router(config)
     named = tuple(robot or named_robots())
     with Bus.open(topics.OBSERVER, config.of((named or config.namespaces)[0])) as bus:
         names = named or bus.roster().look((*topics.SERVING, topics.REPLAY), _LOOK_S) or config.namespaces

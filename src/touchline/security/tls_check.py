@@ -59,7 +59,7 @@ def _refusal(context: ssl.SSLContext, connection: socket.socket, host: str, iden
     except ssl.SSLError as error:
         return f"speaks no TLS that we understand ({_alert(error)})"
     except OSError:  # no answer, or cut off
-        return "speaks no TLS, or hangs"
+        return "speaks no TLS, or hangs; stop what listens there, and start the router"
     with secured:
         try:
             secured.recv(1)  # in TLS 1.3 our certificate is refused after the handshake

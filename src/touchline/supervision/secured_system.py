@@ -1,15 +1,15 @@
 """Identities of the processes of a secured system on this machine."""
 
 import logging
-import threading
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from typing import Final
 
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.roles import Role
 from touchline.schemas.user_folders import keys_folder
 from touchline.security.identity import Identity
+from touchline.supervision.repeated import repeated
 
 _LOG: Final = logging.getLogger(__name__)
 _RENEWED_EVERY_S: Final = 60.0
@@ -32,22 +32,13 @@ def system_identities(namespaces: Sequence[str]) -> Identities:
     return issued_for_system(keys_folder(), namespaces)
 
 
-@contextmanager
-def renewed(namespaces: Sequence[str]) -> Iterator[None]:
+def renewed(namespaces: Sequence[str]) -> AbstractContextManager[None]:
     """Renew in the background what expires soon: links are opened anew with it when the router takes it over."""
-    done = threading.Event()
 
-    def work() -> None:
-        while not done.wait(_RENEWED_EVERY_S):
-            try:
-                system_identities(namespaces)
-            except TouchlineError as error:
-                _LOG.error("certificates cannot be renewed: %s", error)
+    def renew() -> None:
+        try:
+            system_identities(namespaces)
+        except TouchlineError as error:
+            _LOG.error("certificates cannot be renewed: %s", error)
 
-    thread = threading.Thread(target=work, name="renew", daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        done.set()
-        thread.join()
+    return repeated(renew, _RENEWED_EVERY_S, "renew")

@@ -3,13 +3,13 @@
 import logging
 import os
 import signal
-import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from types import FrameType
 
 from touchline.supervision.heartbeat import Heartbeat
+from touchline.supervision.repeated import repeated
 from touchline.supervision.service_manager import ServiceManager
 
 _LOG = logging.getLogger(__name__)
@@ -46,22 +46,15 @@ class Stop:
         for watcher in self._watchers:
             watcher.beat()
 
-    @contextmanager
-    def beating(self) -> Iterator[None]:
+    def beating(self) -> AbstractContextManager[None]:
         """Beat from another thread during known long work of this one, but no longer than `WORK_S`."""
-        done, last_s = threading.Event(), time.monotonic() + WORK_S
+        last_s = time.monotonic() + WORK_S
 
-        def go_on() -> None:
-            while not done.wait(_BEAT_EVERY_S) and time.monotonic() < last_s:
+        def beat() -> None:
+            if time.monotonic() < last_s:
                 self.beat()
 
-        thread = threading.Thread(target=go_on, name="heartbeat", daemon=True)
-        thread.start()
-        try:
-            yield
-        finally:
-            done.set()
-            thread.join()
+        return repeated(beat, _BEAT_EVERY_S, "heartbeat")
 
     @property
     def asked(self) -> bool:
