@@ -12,7 +12,7 @@ import pytest
 import touchline
 
 #: Of `touchline simulate study-square --hash`.
-HASH = "7be674390e999a9d"
+HASH = "64a9194ee26ada80"
 
 
 def pursue(state: touchline.FollowerState, ahead: touchline.FollowerAhead) -> tuple[float, float]:

@@ -7,6 +7,10 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
+            "The filter's updates and the steps of the emulated world are calculated in another order, which "
+            "changes the last digits."
+        ),
+        (
             "The estimator learns what a robot's files are wrong about: gyro scale, place of the antenna, stamp "
             "offset (`gnss.antenna_sigma_m`, `gnss.stamp_offset_sigma_s`, `imu.gyro_scale_sigma`). Until the "
             "motion has told it, the claimed σ has it; a difference is reported (`files-differ`), kept over jobs "
