@@ -161,9 +161,10 @@ def test_a_patch_that_has_several_reasons_is_cut() -> None:
         LeftOutGround("yard", shapely.box(0, 0, 3, 1), PLAN),
         LeftOutGround("yard", shapely.box(3, 0, 4, 1), "post 1"),
     ]
-    (one, reason), (other, why), (rest, none) = patches_of(notes, "yard", shapely.box(0, 0, 4, 1.1))
-    assert (one.area, reason, other.area, why, none) == (3.0, PLAN, 1.0, "post 1", "")
-    assert rest.area == pytest.approx(0.4)
+    (one, reason), (other, why), (rest, none) = patches_of(notes, "yard", shapely.box(0, 0, 4, 1.5))
+    assert (one.area, reason, other.area, why, rest.area, none) == (3.0, PLAN, 1.0, "post 1", 2.0, "")
+    *_, (strip, reason) = patches_of(notes, "yard", shapely.box(0, 0, 4, 1.1))
+    assert reason == TOO_SMALL and strip.area == pytest.approx(0.4)
     ((whole, reason),) = patches_of(notes, "yard", shapely.box(0, 0, 2.8, 1.1))
     assert reason == PLAN and whole.area == pytest.approx(3.08)
 

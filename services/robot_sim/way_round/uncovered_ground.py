@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from touchline.core.ground_pieces import pieces_within_reach, worthwhile_pieces
+from touchline.core.ground_pieces import HAIR_M, pieces_within_reach, wide_parts, worthwhile_pieces
 from touchline.core.missed_patches import SMALLEST_M2
 from touchline.core.robust_overlay import as_area, difference, intersection, union, union_of_two
 from touchline.core.tool_reach import free_ground
@@ -62,6 +62,7 @@ def patches_of(
     """Yield the large patches of uncovered ground of an area, and the reason for which each was left out, if any.
 
     A connected part is one patch if a reason holds for most of it, and no other for a patch's size; else it is cut.
+    Strips without any reason lie where the robot was beside its path: they are too small, too.
 
     Args:
         notes: Ground left out.
@@ -83,7 +84,7 @@ def patches_of(
         for reason, share in shares.items():
             yield from ((each, reason) for each in large_parts(intersection(rest, share)))
             rest = difference(rest, share)
-        yield from ((each, "") for each in large_parts(rest))
+        yield from ((each, TOO_SMALL if wide_parts(each, HAIR_M).is_empty else "") for each in large_parts(rest))
 
 
 def large_parts(ground: BaseGeometry) -> list[shapely.Polygon]:
