@@ -10,8 +10,8 @@ from touchline.schemas.messages.standard import Header, Time
 class LeftOutPatch(Message):
     """A patch of an area that a covering tool leaves out.
 
-    ``outline`` is the id of the outline beside which it lies, ``operator``, ``plan`` (left out from the beginning), or
-    empty. Its corners go round it once; ``size_m2`` excludes its holes.
+    ``outline`` is the id of the outline beside which it lies, ``operator``, ``plan`` (left out from the beginning),
+    ``too small`` (for another drive), or empty. Its corners go round it once; ``size_m2`` excludes its holes.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/LeftOutPatch"

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks._lidar_scene import Floats, Scene, Seeing, box, standing, still
+from benchmarks._lidar_scene import Floats, Scene, Seeing, box, legs, standing, still
 from touchline.onboard.interface import AuxiliarySample
 from touchline.onboard.perception.scan import NOTHING, UNUSABLE
 from touchline.schemas.vehicles import Vehicle
@@ -60,6 +60,26 @@ def test_a_range_that_is_not_a_number_is_no_hit_and_no_free_ground() -> None:
     seeing.perception.take(sample._replace(values=(math.nan, -1.0, *sample.values[2:])), seeing.estimator)
     (lidar,) = seeing.perception._lidars.values()
     assert lidar.beams.kind[:3].tolist() == [UNUSABLE, UNUSABLE, NOTHING]
+
+
+def test_of_scans_without_any_return_as_much_is_kept_as_if_they_were_gone_through() -> None:
+    def passes(time_s: float) -> Scene:
+        return Scene(legs(time_s - 3.0, 4.0, 0.0, 6.0 * time_s)) if time_s % 3.0 > 2.5 else Scene()
+
+    brief, full = (Seeing(robot(), standing(), passes) for _ in range(2))
+    brief.dropout = full.dropout = 0.1
+    for _ in range(67):
+        full.perception._tracks.none = False  # there might be one, so it goes through the scan
+        brief.scan()
+        full.scan()
+        found, wanted = brief.perception.hits, full.perception.hits
+        assert found is not None and wanted is not None and found[1:4] == wanted[1:4]
+        np.testing.assert_array_equal(found.points_m, wanted.points_m)
+        ours, theirs = brief.perception.tracks, full.perception.tracks
+        assert [each[:-1] for each in ours] == [each[:-1] for each in theirs]
+        for name, array in brief.perception._lidars["front"].memory._asdict().items():
+            np.testing.assert_array_equal(array, getattr(full.perception._lidars["front"].memory, name), name)
+    assert brief.perception._tracks.none and full.perception._tracks._numbers[0] > 1
 
 
 def test_a_scan_with_another_number_of_beams_is_refused_with_both() -> None:

@@ -14,7 +14,7 @@ from touchline.services.robot_sim.accounting.area_raster import AreaRaster
 from touchline.services.robot_sim.accounting.body_outside import body_outside_m
 from touchline.services.robot_sim.accounting.planned_tool_path import planned_tool_path
 from touchline.services.robot_sim.accounting.swept_ground import swept_ground
-from touchline.services.robot_sim.paint.ledger import PaintLedger
+from touchline.services.robot_sim.paint.ledger import PaintLedger, PaintStroke
 
 POND = ((8.53, 3.51), (10.52, 3.9), (9.8, 5.03))
 
@@ -94,6 +94,14 @@ def test_a_long_bend_leaves_no_slivers_where_its_strip_is_cut() -> None:
     left = shapely.difference(swept.buffer(0.02, join_style="mitre").buffer(-0.02, join_style="mitre"), swept)
     assert left.area < 1e-4
     assert twice.area < 0.01
+
+
+@pytest.mark.parametrize("radius_m", [0.004, 0.1])
+def test_where_the_tool_turns_almost_on_the_spot_the_ground_that_it_came_over_stays_covered(radius_m: float) -> None:
+    angles = np.linspace(0.0, 1.4, 7)[1:]
+    turn = np.column_stack((3.0 + radius_m * np.sin(angles), radius_m * (1.0 - np.cos(angles))))
+    swept = swept_ground([PaintStroke(np.vstack((line((0.0, 0.0), (3.0, 0.0)), turn)), 1.0)]).swept
+    assert shapely.box(0.0, -0.5, 3.0, 0.5).difference(swept).area < 1e-3
 
 
 def test_lanes_that_touch_leave_nothing_and_overlap_nowhere_but_where_they_lie_over_one_another() -> None:

@@ -20,12 +20,13 @@ from touchline.jobs.way_round.way_round_simulation import WayRoundDrives, WayRou
 from touchline.jobs.way_round.work_done import draw_work_done
 from touchline.onboard import Onboard
 from touchline.schemas.ground_piece import GroundPiece
+from touchline.schemas.messages import Trajectory
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.services.robot_sim.accounting.area_raster import CELL_M, AreaRaster
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.way_round.remains import PLAN
-from touchline.services.robot_sim.way_round.uncovered_ground import UncoveredGround
+from touchline.services.robot_sim.way_round.remains import PLAN, TOO_SMALL
+from touchline.services.robot_sim.way_round.uncovered_ground import LeftOutGround, UncoveredGround, patches_of
 from touchline.services.robot_sim.way_round.way_round_job import goes_round
 
 pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
@@ -92,6 +93,7 @@ def test_it_covers_the_rest_and_reports_the_ground_beside_the_person(stood: Cove
     assert patch.ground.contains(shapely.Point(IN_YARD["x_m"], IN_YARD["y_m"]))
     assert patch.reason.split()[0] in ("thing", "person", "post")
     assert f'left out beside "{patch.reason}"' in "".join(stood.work.warnings())
+    assert all(each.reason for each in stood.work.patches)
     assert figures["uncovered"]["left_out_m2"] < 7.0
     assert figures["uncovered"]["patches"][0]["size_m2"] == max(each.ground.area for each in stood.work.patches)
     picture = tmp_path / "round.svg"
@@ -142,6 +144,29 @@ def test_a_job_of_remaining_pieces_leaves_out_nothing_else() -> None:
     assert sum(each.size_m2 for each in ground.undone.patches) == pytest.approx(27.0)
     rest = ground.rest((), ())
     assert rest is not None and sum(piece.polygon.area for piece in rest.pieces) == pytest.approx(27.0, abs=0.5)
+
+
+def test_strips_that_a_drive_has_left_over_are_left_out_as_too_small() -> None:
+    ground, strip, hole = UncoveredGround(YARD, SWEEPER, QUICK), shapely.box(0, 0, 9, 0.12), shapely.box(4, 2, 6, 4)
+    ground.covered = shapely.box(0, 0, 9, 6).difference(shapely.union(strip, hole))
+    rest = ground.rest((), ())
+    assert rest is not None
+    ground.note(rest, (), Trajectory(), ())
+    assert {each.outline: each.size_m2 for each in ground.undone.patches} == {TOO_SMALL: pytest.approx(1.08), "": 4.0}
+    assert ground.reasons_left == {""}, "it comes back for the hole alone"
+
+
+def test_a_patch_that_has_several_reasons_is_cut() -> None:
+    notes = [
+        LeftOutGround("yard", shapely.box(0, 0, 3, 1), PLAN),
+        LeftOutGround("yard", shapely.box(3, 0, 4, 1), "post 1"),
+    ]
+    (one, reason), (other, why), (rest, none) = patches_of(notes, "yard", shapely.box(0, 0, 4, 1.5))
+    assert (one.area, reason, other.area, why, rest.area, none) == (3.0, PLAN, 1.0, "post 1", 2.0, "")
+    *_, (strip, reason) = patches_of(notes, "yard", shapely.box(0, 0, 4, 1.1))
+    assert reason == TOO_SMALL and strip.area == pytest.approx(0.4)
+    ((whole, reason),) = patches_of(notes, "yard", shapely.box(0, 0, 2.8, 1.1))
+    assert reason == PLAN and whole.area == pytest.approx(3.08)
 
 
 def test_only_a_robot_with_a_lidar_goes_round_things_and_only_on_a_job_with_a_template() -> None:

@@ -185,7 +185,7 @@ def _meet(lidar: LidarFigures, scan: ScanArrays, things: Things, reference: Scan
 
 
 @borrowing
-def see(lidar: LidarFigures, scan: ScanArrays, things: Things, tick: int) -> None:
+def see(lidar: LidarFigures, scan: ScanArrays, things: Things, tick: int) -> bool:
     """Compute the true ranges of a scan that ends with a tick; inf where there is nothing within range.
 
     Args:
@@ -194,6 +194,9 @@ def see(lidar: LidarFigures, scan: ScanArrays, things: Things, tick: int) -> Non
             ground.
         things: Things around the robot, and its poses.
         tick: Tick that ends.
+
+    Returns:
+        False if no beam meets anything.
     """
     reference = _swept(lidar, scan, things.trail, tick)
     for beam in range(len(scan.ranges)):
@@ -201,6 +204,7 @@ def see(lidar: LidarFigures, scan: ScanArrays, things: Things, tick: int) -> Non
     if _any_in_reach(reference, scan, things, lidar.max_m):
         _aim(lidar, scan, things.trail, tick)
         _meet(lidar, scan, things, reference, things.trail[tick % POSES][2])
+    found = False
     for beam in range(len(scan.ranges)):
         most = lidar.dark_m if scan.dark[beam] else lidar.max_m
         distance = scan.ranges[beam] if scan.ranges[beam] <= most else math.inf
@@ -209,6 +213,8 @@ def see(lidar: LidarFigures, scan: ScanArrays, things: Things, tick: int) -> Non
             if ground < distance and ground <= lidar.dark_m:
                 distance = -ground
         scan.ranges[beam] = distance
+        found = found or math.isfinite(distance)
+    return found
 
 
 @borrowing
@@ -240,10 +246,14 @@ def measure_scan(
         blind: True if no light returns.
         more_false_returns: Probability of false returns by a fault.
     """
-    see(lidar, scan, things, tick)
+    found = see(lidar, scan, things, tick)
     ranges, seed, channel = scan.ranges, lidar.seed, lidar.sensor
     heading = things.trail[tick % POSES][2]
     false_returns = lidar.false_returns + more_false_returns
+    if blind or not (found or false_returns > 0.0):  # no random number matters
+        for beam in range(len(ranges)):
+            scan.measured[beam] = math.inf
+        return
     sunny = not math.isnan(lidar.sun_rad)
     for beam in range(len(ranges)):
         true_m = ranges[beam]
@@ -271,6 +281,6 @@ def measure_scan(
                     sigma += lidar.ground_sigma * distance
                 noise = sigma * normal(seed, STREAM_AUXILIARY, tick, channel + 2 * beam + 1)
             distance += noise + lidar.bias_m
-        if blind or not lidar.min_m <= distance <= lidar.max_m:
+        if not lidar.min_m <= distance <= lidar.max_m:
             distance = math.inf
         scan.measured[beam] = np.float32(distance)

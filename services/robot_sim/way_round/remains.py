@@ -14,6 +14,8 @@ OPERATOR: Final = "operator"
 """Reason for which an operator has left something out."""
 PLAN: Final = "plan"
 """Reason for which the plan of the whole job leaves something out."""
+TOO_SMALL: Final = "too small"
+"""Reason for which ground that a drive has left over is not worth another one: a strip or a small piece."""
 
 
 class Clearances(NamedTuple):
@@ -55,7 +57,8 @@ class LeftOut(NamedTuple):
 class Remains(Protocol):
     """Undone work of a job, and the reasons for which it was left out.
 
-    A reason is the id of the outline beside which something lies, `OPERATOR`, `PLAN`, or "" if there is none.
+    A reason is the id of the outline beside which something lies, `OPERATOR`, `PLAN`, `TOO_SMALL`, or "" if there is
+    none.
     """
 
     clearances: Clearances

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from touchline.core.ground_pieces import pieces_within_reach, worthwhile_pieces
+from touchline.core.ground_pieces import HAIR_M, pieces_within_reach, wide_parts, worthwhile_pieces
 from touchline.core.missed_patches import SMALLEST_M2
 from touchline.core.robust_overlay import as_area, difference, intersection, union, union_of_two
 from touchline.core.tool_reach import free_ground
@@ -19,7 +19,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.accounting.planned_tool_path import planned_tool_path
 from touchline.services.robot_sim.accounting.swept_ground import swept_ground
 from touchline.services.robot_sim.accounting.travelled_path import travelled_path
-from touchline.services.robot_sim.way_round.remains import PLAN, Clearances, LeftOut, Rest
+from touchline.services.robot_sim.way_round.remains import PLAN, TOO_SMALL, Clearances, LeftOut, Rest
 
 if TYPE_CHECKING:
     import shapely
@@ -56,21 +56,35 @@ def left_out_grounds(patches: Iterable[LeftOutPatch]) -> list[LeftOutGround]:
     return found
 
 
-def main_reason(notes: Sequence[LeftOutGround], area_id: str, patch: BaseGeometry) -> str:
-    """Return the reason for which most of a patch of uncovered ground was left out; "" if none explains most.
+def patches_of(
+    notes: Sequence[LeftOutGround], area_id: str, ground: BaseGeometry
+) -> Iterator[tuple[shapely.Polygon, str]]:
+    """Yield the large patches of uncovered ground of an area, and the reason for which each was left out, if any.
+
+    A connected part is one patch if a reason holds for most of it, and no other for a patch's size; else it is cut.
+    Strips without any reason lie where the robot was beside its path: they are too small, too.
 
     Args:
         notes: Ground left out.
-        area_id: Id of the patch's area.
-        patch: The patch (m, map frame).
+        area_id: Id of the area.
+        ground: The ground (m, map frame).
     """
-    found, most_m2 = "", 0.5 * patch.area
-    for reason in dict.fromkeys(each.reason for each in notes):
-        noted = union([each.ground for each in notes if (each.area_id, each.reason) == (area_id, reason)])
-        shared_m2 = float(intersection(noted, patch).area)
-        if shared_m2 > most_m2:
-            found, most_m2 = reason, shared_m2
-    return found
+    noted = {
+        reason: union([each.ground for each in notes if (each.area_id, each.reason) == (area_id, reason)])
+        for reason in dict.fromkeys(each.reason for each in notes if each.reason)
+    }
+    for part in large_parts(ground):
+        shares = {reason: intersection(shape, part) for reason, shape in noted.items()}
+        main = max(shares, key=lambda reason: float(shares[reason].area), default="")
+        alone = all(reason == main or share.area <= SMALLEST_M2 for reason, share in shares.items())
+        if main and alone and shares[main].area > 0.5 * part.area:
+            yield part, main
+            continue
+        rest: BaseGeometry = part
+        for reason, share in shares.items():
+            yield from ((each, reason) for each in large_parts(intersection(rest, share)))
+            rest = difference(rest, share)
+        yield from ((each, TOO_SMALL if wide_parts(each, HAIR_M).is_empty else "") for each in large_parts(rest))
 
 
 def large_parts(ground: BaseGeometry) -> list[shapely.Polygon]:
@@ -142,7 +156,8 @@ class UncoveredGround:
     def reasons_left(self) -> set[str]:
         """See `Remains`."""
         if self._reasons_left is None:
-            self._reasons_left = {each.reason for each in self.notes if not self._worthwhile(each.ground).is_empty}
+            again = (each for each in self.notes if each.reason != TOO_SMALL)
+            self._reasons_left = {each.reason for each in again if self._is_worthwhile(each.ground)}
         return self._reasons_left
 
     def enter(self, trajectory: Trajectory, painted: PaintBelief, reached_m: float) -> None:
@@ -185,10 +200,12 @@ class UncoveredGround:
                 for each in self.notes
             )
         self._add(
-            LeftOutGround(piece.area, part, self._beside(part, seen))
+            LeftOutGround(piece.area, part, self._reason_of(part, seen))
             for piece in rest.pieces
             for part in shapely.get_parts(as_area(difference(piece.polygon, swept)))
         )
+        planned = union([piece.polygon for piece in rest.pieces])
+        self._add([each for area in self.template.areas for each in self._beyond(area, planned, seen)])
 
     @property
     def unexplained(self) -> bool:
@@ -212,10 +229,6 @@ class UncoveredGround:
         self.notes = tuple(each._replace(reason=reason) if each.reason in outlines else each for each in self.notes)
         self._changed()
 
-    def reason(self, area_id: str, patch: BaseGeometry) -> str:
-        """Return the reason for which most of a patch of uncovered ground was left out; "" if none explains most."""
-        return main_reason(self.notes, area_id, patch)
-
     def _add(self, notes: Iterable[LeftOutGround]) -> None:
         """Add notes."""
         self.notes = (*self.notes, *notes)
@@ -229,18 +242,36 @@ class UncoveredGround:
         """Return the uncovered patches of ground, by area id."""
         found = list[LeftOutPatch]()
         for area_id, ground in grounds.items():
-            for part in large_parts(difference(ground, self.covered)):
+            for part, reason in patches_of(self.notes, area_id, difference(ground, self.covered)):
                 x, y = zip(*corners_of(part), strict=True)
                 found.append(
                     LeftOutPatch(
                         area_id=area_id,
-                        outline=self.reason(area_id, part),
+                        outline=reason,
                         size_m2=float(part.area),
                         corners_x_m=np.array(x),
                         corners_y_m=np.array(y),
                     )
                 )
         return LeftOut(patches=tuple(found))
+
+    def _beyond(self, area: Area, planned: BaseGeometry, seen: Sequence[Polygon]) -> Iterator[LeftOutGround]:
+        """Yield the undone ground of an area that is no part of a plan of the rest, where that has a reason.
+
+        Args:
+            area: The area.
+            planned: Ground that the plan is to cover.
+            seen: Outlines that it keeps off.
+        """
+        import shapely
+
+        noted = [each.ground for each in self.notes if each.area_id == area.id and each.reason]
+        undone = as_area(difference(area.polygon, union([self.covered, planned, *noted])))
+        worthwhile = self._worthwhile(undone)
+        for part in shapely.get_parts(worthwhile):
+            if beside := self._beside(part, seen):
+                yield LeftOutGround(area.id, part, beside)
+        yield LeftOutGround(area.id, difference(undone, worthwhile), TOO_SMALL)
 
     def _swept(self, trajectory: Trajectory) -> BaseGeometry:
         """Return the ground that the tool passes over along a trajectory."""
@@ -249,6 +280,10 @@ class UncoveredGround:
     def _worthwhile(self, ground: BaseGeometry) -> BaseGeometry:
         """Return the pieces of uncovered ground that are worth their time."""
         return worthwhile_pieces(as_area(difference(ground, self.covered)), self._vehicle.tool.width_m)
+
+    def _is_worthwhile(self, ground: BaseGeometry) -> bool:
+        """Return whether a part of uncovered ground is worth its time."""
+        return not self._worthwhile(ground).is_empty
 
     def _within_reach(self, ground: BaseGeometry, area: Area, seen: Sequence[Polygon]) -> shapely.MultiPolygon:
         """Return the pieces of ground of an area of which the tool can reach a worthwhile part."""
@@ -260,6 +295,10 @@ class UncoveredGround:
         inside = shapely.Polygon(boundary.corners if boundary is not None else area.outline)
         free = free_ground(inside, [shapely.Polygon(each) for each in kept_out], self._options.margin_m)
         return pieces_within_reach(ground, free, body, self._vehicle.tool.point_m, self._vehicle.tool.width_m)
+
+    def _reason_of(self, part: BaseGeometry, seen: Sequence[Polygon]) -> str:
+        """Return the reason for which the plan of a rest leaves out a part of it; "" if none is known."""
+        return self._beside(part, seen) or ("" if self._is_worthwhile(part) else TOO_SMALL)
 
     def _beside(self, part: BaseGeometry, seen: Sequence[Polygon]) -> str:
         """Return the id of the nearest outline within half the tool's width of a piece of ground; "" if none is."""

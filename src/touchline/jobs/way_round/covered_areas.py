@@ -1,12 +1,11 @@
 """Areas that a robot has covered in several drives, and the patches that it has left out."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import shapely
-from shapely.geometry.base import BaseGeometry
 
 from touchline.core.robust_overlay import difference
 from touchline.jobs.shared.joint_ground import JointGround, joint_ground
@@ -18,11 +17,13 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plots.ground import MISSED
 from touchline.services.robot_sim.accounting.swept_ground import swept_ground
-from touchline.services.robot_sim.way_round.remains import OPERATOR, PLAN
-from touchline.services.robot_sim.way_round.uncovered_ground import corners_of, large_parts
+from touchline.services.robot_sim.way_round.remains import OPERATOR, PLAN, TOO_SMALL
+from touchline.services.robot_sim.way_round.uncovered_ground import LeftOutGround, corners_of, patches_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+_WORDS: Final = {"": "not covered", OPERATOR: "left out by the operator", TOO_SMALL: "too small for another drive"}
 
 
 class UncoveredPatch(NamedTuple):
@@ -41,9 +42,7 @@ class UncoveredPatch(NamedTuple):
     @property
     def words(self) -> str:
         """Size, area, place and reason as text."""
-        why = {"": "not covered", OPERATOR: "left out by the operator"}.get(
-            self.reason, f'left out beside "{self.reason}"'
-        )
+        why = _WORDS.get(self.reason, f'left out beside "{self.reason}"')
         place = self.ground.representative_point()
         return f'{self.ground.area:.2f} m² of "{self.area_id}" at ({place.x:.2f}, {place.y:.2f}): {why}'
 
@@ -130,7 +129,7 @@ def covered_areas(
     vehicle: Vehicle,
     driven: Sequence[Trajectory],
     works: Sequence[Work],
-    reason: Callable[[str, BaseGeometry], str],
+    notes: Sequence[LeftOutGround],
 ) -> CoveredAreas:
     """Evaluate all the ground together; takes a moment.
 
@@ -139,10 +138,13 @@ def covered_areas(
         vehicle: The vehicle; its tool covers.
         driven: Path that the robot drove of each of its plans.
         works: True work of each drive.
-        reason: Returns the reason for which a patch of an area was left out.
+        notes: Ground left out, by the robot's own record.
     """
     swept = swept_ground([stroke for work in works for stroke in work.ledger.strokes()]).swept
-    parts = [(area.id, part) for area in template.areas for part in large_parts(difference(area.polygon, swept))]
-    found = [UncoveredPatch(name, part, reason(name, part)) for name, part in parts]
+    found = [
+        UncoveredPatch(area.id, part, reason)
+        for area in template.areas
+        for part, reason in patches_of(notes, area.id, difference(area.polygon, swept))
+    ]
     found.sort(key=lambda each: -each.ground.area)
     return CoveredAreas(template, joint_ground(template, vehicle, driven, works), tuple(found))

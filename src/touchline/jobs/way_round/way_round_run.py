@@ -1,7 +1,6 @@
 """One job over the bus by a robot that goes round things in its way: several drives, one report."""
 
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any, Final
 
 from touchline.bus import Inbox
@@ -25,7 +24,7 @@ from touchline.schemas.messages import (
 from touchline.schemas.messages.base import Message
 from touchline.schemas.template import Template
 from touchline.services.robot_sim.way_round.swath_lines import with_swaths_as_lines
-from touchline.services.robot_sim.way_round.uncovered_ground import left_out_grounds, main_reason
+from touchline.services.robot_sim.way_round.uncovered_ground import left_out_grounds
 from touchline.services.robot_sim.way_round.way_round_job import going_round
 
 OF_ONE_DRIVE: Final = ("segments", "estimator")
@@ -121,4 +120,4 @@ class WayRoundRun(BusRun):
         from touchline.jobs.way_round.covered_areas import covered_areas
 
         notes = left_out_grounds(said.left_out_patches)
-        return covered_areas(template, vehicle, self._driven.last(len(works)), works, partial(main_reason, notes))
+        return covered_areas(template, vehicle, self._driven.last(len(works)), works, notes)

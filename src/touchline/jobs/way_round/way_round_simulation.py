@@ -193,7 +193,7 @@ class WayRoundDrives:
         """Return the work of all drives, against the template; `ended` as in `PaintedDrives`."""
         vehicle, remains = self._job.vehicle, self.way_round.remains
         if isinstance(remains, UncoveredGround):
-            return covered_areas(remains.template, vehicle, self.driven, self.works, remains.reason)
+            return covered_areas(remains.template, vehicle, self.driven, self.works, remains.notes)
         return painted_drives(remains.template, vehicle, self.works, self.way_round.left_out.stretches, ended)
 
 

@@ -249,7 +249,10 @@ class Estimator:
     @property
     def position_sigma_m(self) -> float:
         """Larger standard deviation of the two horizontal axes [m], slow GNSS error included."""
-        return math.sqrt(max(self.pose_covariance[0, 0], self.pose_covariance[1, 1])) if self.started else math.inf
+        if not self.started:
+            return math.inf
+        east_var, north_var, _ = self.pose_covariance.diagonal().tolist()
+        return math.sqrt(max(east_var, north_var))
 
     @property
     def heading_sigma_rad(self) -> float:

@@ -15,7 +15,7 @@ from touchline.onboard.filter_model import EAST, HEADING, NORTH, RING, SPEED, YA
 from touchline.onboard.interface import TICK_S, TICKS_PER_S, AuxiliarySample
 from touchline.onboard.perception.clusters import UNIT, Clusters, form_clusters
 from touchline.onboard.perception.fading_grid import REACH_M, FadingGrid
-from touchline.onboard.perception.hits import Hits
+from touchline.onboard.perception.hits import NO_POINTS, Hits
 from touchline.onboard.perception.hits_of_scan import gather_hits
 from touchline.onboard.perception.known_outlines import KnownOutlines, Polygon, SeenOutline
 from touchline.onboard.perception.scan import Beams, ScanFigures, place_beams
@@ -113,10 +113,17 @@ class Perception:
         beams.range_m[:] = ranges
         time_s = tick * TICK_S
         everywhere = self._occupied or bool(self.known.outlines)
-        place_beams(figures, sample.stamp_s, ring.array, tick, self._body, everywhere, beams)
+        returned = place_beams(figures, sample.stamp_s, ring.array, tick, self._body, everywhere, beams)
         state = estimator.state.tolist()
         self._note_way(state[EAST], state[NORTH])
         near_m = self._near_m(state[SPEED], state[YAW_RATE], spec)
+        error_m = self._error_m(estimator, spec, near_m, tick - oldest)
+        self._time_s = time_s
+        if not (returned or everywhere or lidar.memory.may_miss) and self._tracks.none:
+            lidar.memory.take_nothing()
+            self.grid.enter(beams, 0.0, time_s, asked=False)
+            lidar.hits = Hits(NO_POINTS, oldest, error_m)
+            return []
         cell_m = self._thing_mps * _SCANS_TO_CONFIRM / spec.rate_hz + 0.3
         sigma_m = estimator.position_sigma_m if self._absolute else 0.0
         self.known.explain(beams, 3.0 * math.hypot(sigma_m, spec.sigma_m) + spec.systematic_m, time_s)
@@ -126,8 +133,7 @@ class Perception:
         self.grid.enter(beams, min(spec.dark_m, spec.max_m), time_s, asked=asked)
         form_clusters(figures, beams, UNIT, lidar.clusters)
         self._tracks.follow(lidar.clusters, sigma_m, time_s)
-        self._time_s = time_s
-        lidar.hits = self._hits_of(lidar, oldest, self._error_m(estimator, spec, near_m, tick - oldest))
+        lidar.hits = self._hits_of(lidar, oldest, error_m)
         return self.known.newly_missing(self.grid, time_s)
 
     @property

@@ -146,7 +146,7 @@ def place_beams(
     outline: Floats,
     everywhere: bool,
     beams: Beams,
-) -> None:
+) -> int:
     """Place every beam where the robot was at its time, and classify it as nothing, unusable, ground or thing.
 
     Args:
@@ -157,13 +157,16 @@ def place_beams(
         outline: (n, 2) outline of the robot's body, body frame.
         everywhere: False if beams without a return, but for the first and the last, need not be placed.
         beams: `aim` and `range_m` are given; all else is set.
+
+    Returns:
+        Number of beams of another kind than NOTHING.
     """
     lidar, states, learned = lidars[0], rings[0].states, rings[0].learned
     rise_east, rise_north = learned.rise_east_mps2 / GRAVITY_MPS2, learned.rise_north_mps2 / GRAVITY_MPS2
     count, reach = len(beams.range_m), 0.0
     for i in range(len(outline)):
         reach = max(reach, outline[i, 0] ** 2 + outline[i, 1] ** 2)
-    turned, cos_then, sin_then = -1, 1.0, 0.0
+    turned, cos_then, sin_then, returned = -1, 1.0, 0.0, 0
     for i in range(count):
         far = beams.range_m[i]
         if far > lidar.max_m and not everywhere and 0 < i < count - 1:
@@ -190,6 +193,7 @@ def place_beams(
         if far > lidar.max_m:
             beams.kind[i] = NOTHING
             continue
+        returned += 1
         body_x, body_y = lidar.x_m + far * ahead, lidar.y_m + far * left
         own = body_x * body_x + body_y * body_y <= reach and inside(body_x, body_y, outline)
         if own or not far >= lidar.min_m:
@@ -199,3 +203,4 @@ def place_beams(
         down = lidar.pitch_rad * ahead
         level = down - (rise_east * x + rise_north * y)
         beams.kind[i] = GROUND if _may_be_ground(lidar, far, down, level) else THING
+    return returned

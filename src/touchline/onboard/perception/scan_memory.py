@@ -53,6 +53,16 @@ class ScanMemory(NamedTuple):
         points = np.zeros((beams, 2)), np.zeros((beams, 2))
         return cls(np.array([2, 0, 0]), seen, ground_seen, ground_scans, np.zeros((_CELLS, _CELLS)), *points)
 
+    @property
+    def may_miss(self) -> bool:
+        """True if a scan without any return misses a confirmed one."""
+        return bool(self.scans[1] > 0)
+
+    def take_nothing(self) -> None:
+        """Do what `confirm` does for a scan without any return that misses nothing."""
+        self.scans[0] += 1
+        self.scans[2] = 0
+
 
 @kernel
 def _cell(value_m: float, size_m: float) -> int:

@@ -278,7 +278,7 @@ def _is_at_a_person(seen: Floats, tracks: Sequence[TrackState], rows: Integers) 
 @borrowing
 def follow(
     clusters: Clusters, error_m: float, now_s: float, tracks: Sequence[TrackState], work: _Work, numbers: Integers
-) -> None:
+) -> int:
     """Assign a scan's clusters to tracks, update these, begin new ones, and end those that were lost.
 
     Args:
@@ -288,6 +288,9 @@ def follow(
         tracks: (MOST,) tracks; changed.
         work: Memory.
         numbers: (1,) number of the last new track; changed.
+
+    Returns:
+        Number of tracks that were in use before or were begun.
     """
     rows, row_of, seen, used, found = work.rows, work.row_of, work.seen, 0, clusters.found[0]
     for k in range(len(tracks)):
@@ -311,7 +314,7 @@ def follow(
         if r >= 0 and work.cost[r, n] < _GATE:
             _update(tracks[rows[r]], seen[n], clusters, n, work.unit)
             row_of[n + 1] = -1
-    free = 0
+    free, first = 0, numbers[0]
     for n in range(found):
         # The other leg of a person, or a part of a walking one between the last beam and the first, is nobody else.
         part = clusters.width_m[n, 0] <= _PERSON_M
@@ -326,12 +329,18 @@ def follow(
         tentative = track.seen == 1 and track.missed >= _TENTATIVE_SCANS
         if tentative or now_s - track.time_s > _LOST_S:
             track.number = 0
+    return used + int(numbers[0] - first)
 
 
 class Tracks:
-    """Tracks of all unknown things."""
+    """Tracks of all unknown things.
+
+    Attributes:
+        none: True if there is certainly no track.
+    """
 
     def __init__(self) -> None:
+        self.none = True
         self._rows = np.zeros(MOST, TrackState.dtype)
         columns = max(MOST, MOST_CLUSTERS) + 1
         cost, prices, seen = np.zeros((MOST, columns)), np.zeros((4, columns)), np.zeros((MOST_CLUSTERS, 5))
@@ -346,7 +355,8 @@ class Tracks:
             error_m: σ of the robot's place along an axis.
             now_s: Present time.
         """
-        follow(clusters, error_m, now_s, cast("Sequence[TrackState]", self._rows), self._work, self._numbers)
+        rows = cast("Sequence[TrackState]", self._rows)
+        self.none = not follow(clusters, error_m, now_s, rows, self._work, self._numbers)
 
     def at(self, now_s: float, margin_m: float) -> list[TrackedThing]:
         """Return the tracks that were seen at least twice, as they are expected to be now.

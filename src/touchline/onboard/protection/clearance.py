@@ -45,8 +45,10 @@ def clearance(
     Returns:
         Distance, at most `most_m`, and the index of the point; −1 if all are farther away.
     """
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
     best, nearest = most_m, -1
+    if len(points) == 0:
+        return best, nearest
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
     for i in range(len(points)):
         east, north = points[i, 0] - pose[0], points[i, 1] - pose[1]
         reach = best + radius_m

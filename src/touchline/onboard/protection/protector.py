@@ -47,6 +47,7 @@ LEAST_BRAKING_MPS2: Final = 0.05
 MOVED_M: Final = 0.1
 """A thing moves if no hit was that near to it MOVED_SCANS ago."""
 MOVED_SCANS: Final = 3
+_NO_HITS: Final = HitArrays(*(np.empty((0, 2)) for _ in range(3)))
 
 
 class Blocked(NamedTuple):
@@ -363,7 +364,9 @@ class Protector:
         most = max(len(points), len(hits.doubtful_m))
         if most > len(self._reach.hits.moving_m):
             self._reach = HitsInReach.sized(2 * most)
-        parts = HitArrays(*map(np.ascontiguousarray, (points[:moving], points[moving:], hits.doubtful_m)))
+        parts = _NO_HITS
+        if most:
+            parts = HitArrays(*map(np.ascontiguousarray, (points[:moving], points[moving:], hits.doubtful_m)))
         measure_way(self._computer.array, self._body, parts, self._reach)
 
     def _set_braking(self) -> None:
