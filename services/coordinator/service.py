@@ -21,6 +21,7 @@ from pydantic import TypeAdapter, ValidationError
 from touchline.bus import Bus, BusConfig, HealthReporter, ServedCall
 from touchline.coordination.body_contacts import body_radius_m
 from touchline.coordination.coordination import Coordination, Reported
+from touchline.coordination.dispatch.dispatch_memory import DispatchMemory
 from touchline.coordination.exchange import EXCHANGE_TICKS, Exchange
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.guidance_messages import header_at
@@ -40,6 +41,7 @@ from touchline.services.coordinator.dispatch_desk import DispatchDesk
 from touchline.services.coordinator.external_algorithm import ExternalDecider
 from touchline.services.coordinator.group_call import GroupCall, reasons, start_guidance
 from touchline.services.coordinator.invitations import Invitations
+from touchline.services.coordinator.recall import Recall
 from touchline.services.coordinator.removals import Removals
 from touchline.services.coordinator.robot_link import RobotLink
 from touchline.services.coordinator.standby import Standby
@@ -95,8 +97,10 @@ class TeamService:
     ) -> None:
         self._bus, self._team, self._lockstep = bus, team, lockstep
         self._area = area
-        self._buses = {name: bus.of(name) for name in team.names}  # and of all others that have been invited
+        names = former.names if former else team.names
+        self._buses = {name: bus.of(name) for name in names}  # and of all others that have been invited
         self._coordination = Coordination(team, area, lambda radio: ExternalDecider(self._buses, radio), certain=alone)
+        self._coordination.expect(names)
         self._exchange = Exchange(team, self._coordination)
         self._links = {name: RobotLink(each, team, lockstep=lockstep) for name, each in self._buses.items()}
         self._presser = ContactInjector(self._buses, body_radius_m(team.vehicle), area)
@@ -112,7 +116,7 @@ class TeamService:
         self._task, self._problem, self._since, self._updates = "", "", "", 0
         self._statistics: TaskStatistics | None = None
         self._phase = _Phase.TAKING_OVER if former else _Phase.WAITING
-        self._taking, self._former = TakeOver(self._buses) if former else None, former
+        self._taking, self._former = self._takes_over() if former else None, former
         self._memory = None if alone else MemoryKeeper(bus, self._coordination)
         self._succession = Succession(bus, self._buses)
         self._removals = Removals(bus, self._coordination, joining=not lockstep)
@@ -122,6 +126,12 @@ class TeamService:
         self._late_robots = LateRobots(bus.publisher(topics.EVENTS).send, SILENT_S)
         self._asked: dict[str, GroupCall] = {}
         self._call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse] | None = None
+
+    def _takes_over(self) -> TakeOver | Recall:
+        """Return what makes all robots obey this coordinator: those by cells are guided anew."""
+        if self._team.by_plans:
+            return TakeOver(self._buses)
+        return Recall(self._buses, partial(start_guidance, lockstep_s=self._lockstep_s, plans=False))
 
     def _begin(self, call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse]) -> None:
         """Have all robots be guided from now on; the call is answered when all have answered."""
@@ -161,19 +171,29 @@ class TeamService:
                 self._taking, self._phase = None, _Phase.WAITING
             return
         self._taking, self._phase, self._task = None, _Phase.GUIDING, self._team.task.kind
-        self._since = f"session {self._bus.session_id} since epoch {taking.epoch}, after another was lost"
+        since = f" since epoch {taking.epoch}" if isinstance(taking, TakeOver) else ""
+        self._since = f"session {self._bus.session_id}{since}, after another was lost"
         _LOG.info("coordinator: %s", self._since)
+        self._statistics = TaskStatistics(self._coordination, self._task)
+        for name, link in self._links.items():
+            link.heard_at_s = now_s
+            self._invitations.joins(name)
+        tasks = self._former.tasks if self._former is not None else None
+        if isinstance(taking, TakeOver):
+            self._resume(taking, tasks)
+        else:
+            self._coordination.go_on(tasks)
+
+    def _resume(self, taking: TakeOver, tasks: DispatchMemory | None) -> None:
+        """Go on with the plans that robots follow, and the tasks of another dispatcher, if there was one."""
         ticks = {name: round(100 * each.state.stamp_s) for name, each in taking.followed.items()}
         self._next_tick = (max(ticks.values()) // self._step + 1) * self._step
         updates = self._exchange.update_ticks
         first = -(-self._next_tick // updates) * updates
-        tasks = self._former.tasks if self._former is not None else None
         self._coordination.resume(taking.followed, (first - updates) / 100.0, tasks)
-        self._statistics = TaskStatistics(self._coordination, self._task)
         for name, link in self._links.items():
-            link.whereabouts, link.heard_at_s = taking.followed[name].state, now_s
+            link.whereabouts = taking.followed[name].state
             link.send((), ticks[name])
-            self._invitations.joins(name)
 
     def turn(self) -> bool:
         """Serve waiting calls, and exchange messages if due; return False if there was nothing to do.
@@ -459,21 +479,25 @@ def run_service(
     """
     if team.by_plans and not lockstep:
         raise SpecError("team", "avoid", "needs robots of one clock by plans", "use cells, or start with --lockstep")
-    if standby and not team.by_plans:
-        raise SpecError("team", "avoid", "is cells, which no standby can take over", "use plans")
+    if standby and team.avoid == "none" and not team.by_plans:
+        raise SpecError("team", "avoid", "is none, which no standby can take over", "use plans or cells")
     config = config or BusConfig.from_environment((topics.TEAM_NAMESPACE,))
     with until_stopped(supervisor) as stop:
-        former: TeamMemory | None = None
-        while not stop:
-            if standby:
-                former = _stand_by(former or read_journal(journal_path(topics.TEAM_NAMESPACE), team), config, stop)
-                team = former.team
-            if not stop:
-                _coordinate(team, config, stop, former, lockstep=lockstep, alone=supervisor is not None)
+        former = read_journal(journal_path(topics.TEAM_NAMESPACE), team) if standby else None
+        alone = supervisor is not None
+        while former is not None and not stop:
+            with Bus.open(topics.STANDBY, config, lambda: stop.asked) as bus:
+                former = _stand_by(bus, former, stop)
+                if not stop:  # in this session: joining the bus again would take up to a second or two
+                    bus.rename(topics.COORDINATOR)
+                    _coordinate(bus, former.team, stop, former, lockstep=lockstep, alone=alone)
+        if former is None:
+            with Bus.open(topics.COORDINATOR, config, lambda: stop.asked) as bus:
+                _coordinate(bus, team, stop, None, lockstep=lockstep, alone=alone)
 
 
 def _coordinate(
-    team: TeamScenario, config: BusConfig, stop: Stop, former: TeamMemory | None, *, lockstep: bool, alone: bool
+    bus: Bus, team: TeamScenario, stop: Stop, former: TeamMemory | None, *, lockstep: bool, alone: bool
 ) -> None:
     """Coordinate a team until this process is to stop, or the coordinator that it was to replace is back.
 
@@ -482,33 +506,35 @@ def _coordinate(
         TouchlineError: Another coordinator runs or has taken over, or a robot cannot be guided.
     """
     area = free_area(team)
-    with Bus.open(topics.COORDINATOR, config, lambda: stop.asked) as bus:
-        bus.claim()
-        health = HealthReporter(bus)
-        health.starting("loading kernels")
-        run_steps([("a team of two", partial(warm_up_team, team, area))], health.starting)
-        service = TeamService(bus, team, area, lockstep=lockstep, alone=alone, former=former)
-        late = LateCompilations(stop)
-        health.common = late.values
-        late.watch()
-        while not stop and not service.former_is_back:
-            if not service.turn():
-                time.sleep(IDLE_S)
-            health.poll(service.figures, message=service.doing)
+    bus.claim()
+    health = HealthReporter(bus)
+    if former is None:
+        _load(health, team, area)
+    service = TeamService(bus, team, area, lockstep=lockstep, alone=alone, former=former)
+    late = LateCompilations(stop)
+    health.common = late.values
+    late.watch()
+    while not stop and not service.former_is_back:
+        if not service.turn():
+            time.sleep(IDLE_S)
+        health.poll(service.figures, message=service.doing)
 
 
-def _stand_by(memory: TeamMemory, config: BusConfig, stop: Stop) -> TeamMemory:
+def _stand_by(bus: Bus, memory: TeamMemory, stop: Stop) -> TeamMemory:
     """Wait until the team's coordinator is lost, or this process is to stop; return the coordinator's memory.
 
     Everything that compiles is compiled before.
     """
-    with Bus.open(topics.STANDBY, config, lambda: stop.asked) as bus:
-        health = HealthReporter(bus)
-        health.starting("loading kernels")
-        team = memory.team
-        run_steps([("a team of two", partial(warm_up_team, team, free_area(team)))], health.starting)
-        watch = Standby(bus, memory)
-        while not stop and not watch.turn():
-            health.poll({}, message=watch.doing)
-            time.sleep(STANDBY_LOOK_S)
-        return watch.memory
+    health = HealthReporter(bus)
+    _load(health, memory.team, free_area(memory.team))
+    watch = Standby(bus, memory)
+    while not stop and not watch.turn():
+        health.poll({}, message=watch.doing)
+        time.sleep(STANDBY_LOOK_S)
+    return watch.memory
+
+
+def _load(health: HealthReporter, team: TeamScenario, area: FreeArea) -> None:
+    """Compile and load what coordination needs."""
+    health.starting("loading kernels")
+    run_steps([("a team of two", partial(warm_up_team, team, area))], health.starting)

@@ -25,6 +25,7 @@ from touchline.schemas.errors import PayloadError
 _ANSWER_S: Final = 1.0
 _AGAIN_S: Final = 0.1
 _OBEYS: Final = "obeys session"
+_UNGUIDED: Final = "is not guided"
 
 
 class TakeOver:
@@ -37,13 +38,14 @@ class TakeOver:
         waits_for: Robots that have not answered, with the reasons.
     """
 
-    def __init__(self, buses: Mapping[str, Bus]) -> None:
+    def __init__(self, buses: Mapping[str, Bus], *, by_plans: bool = True) -> None:
         """Ask all robots who guides them.
 
         Args:
             buses: Buses of the robots, by name.
+            by_plans: Whether they are guided by plans; else a robot that nobody guides has answered, too.
         """
-        self._buses, self.epoch = buses, 0
+        self._buses, self._by_plans, self.epoch = buses, by_plans, 0
         self.waits_for: dict[str, str] = {}
         self._begin(0)
 
@@ -93,7 +95,7 @@ class TakeOver:
             return
         if self.epoch == 0 and response.coordinator in self._buses[name].sessions(topics.COORDINATOR):
             self.waits_for[name] = f"{_OBEYS} {response.coordinator}, which is on the bus"
-        elif response.success or (self.epoch == 0 and response.coordinator):
+        elif response.success or (self.epoch == 0 and (response.coordinator or not self._by_plans)):
             self.answers[name] = response
             del self.waits_for[name]
         elif response.coordinator and response.epoch >= self.epoch > 0:
@@ -109,7 +111,8 @@ class TakeOver:
     @property
     def none_is_guided(self) -> bool:
         """Return whether all have answered, and no robot is guided by anybody."""
-        return bool(self.waits_for) and all("is not guided" in reason for reason in self.waits_for.values())
+        answered = [each.coordinator for each in self.answers.values()]
+        return not any(answered) and all(_UNGUIDED in reason for reason in self.waits_for.values())
 
     @property
     def followed(self) -> dict[str, FollowedPlan]:
