@@ -46,6 +46,32 @@ class Robot:
         return self._answer
 
 
+class Slow(Robot):
+    """A robot that does not answer a question in time."""
+
+    def __init__(self) -> None:
+        super().__init__({"old", "new"})
+        self.asked, self.silent = list[str](), True
+
+    def ask(self, service: Any, payload: bytes, timeout_s: float) -> Robot:
+        self.asked.append(decode(SetOwnerRequest, payload).request_id)
+        super().ask(service, payload, timeout_s)
+        self._answer = Answer(None, None) if self.silent else self._answer
+        return self
+
+
+def test_a_question_without_an_answer_is_repeated_and_an_answered_one_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("touchline.services.coordinator.take_over._AGAIN_S", 0.0)
+    robot = Slow()
+    taking = TakeOver({"a": cast(Bus, robot)})
+    taking.turn()
+    robot.silent = False
+    assert not any(taking.turn() for _ in range(2))
+    first, again, new = robot.asked
+    assert first == again
+    assert new != first
+
+
 def test_robots_of_a_coordinator_that_is_on_the_bus_are_not_taken_over(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("touchline.services.coordinator.take_over._AGAIN_S", 0.0)
     there = {"old", "new"}
