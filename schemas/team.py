@@ -25,6 +25,10 @@ LOSSY_LEASE_S: Final = 2.4
 """A lease that suits messages up to half of which are lost, and that are late: a round trip, and the loss of a few."""
 BY_PLANS: Final = ("battery-low", "camera-outage", "camera-swapped")
 """Faults with which robots still follow their plans to the ends, where they stand."""
+_OFF_PLAN: Final = (
+    "stops a robot where its plan does not, and plans of others may lead there at once: plans cannot keep them apart; "
+    "use avoid: cells"
+)
 PLACE_M2: Final = 2.5
 """Of an area that is not said, for each robot."""
 
@@ -276,10 +280,9 @@ class TeamScenario(Spec):
             return self
         for fault in (*self.world.faults, *(each for faults in self.faults.values() for each in faults)):
             if fault.kind not in BY_PLANS:
-                problem = f"the fault {fault.kind} is not supported by plans, which robots must follow to their ends"
-                raise ValueError(f"{problem}: use avoid: cells, or {', '.join(BY_PLANS)}")
+                raise ValueError(f"the fault {fault.kind} {_OFF_PLAN}, or {', '.join(BY_PLANS)}")
         if self.frozen:
-            raise ValueError("frozen is not supported by plans, which robots must follow: use avoid: cells")
+            raise ValueError(f"frozen {_OFF_PLAN}")
         return self
 
     @model_validator(mode="after")

@@ -7,6 +7,7 @@ from functools import partial
 from typing import Final
 
 from touchline.bus import Bus, BusConfig, HealthReporter
+from touchline.coordination.free_area import FreeArea
 from touchline.coordination.start_poses import free_area
 from touchline.core.compilations import run_steps
 from touchline.schemas import topics
@@ -47,21 +48,25 @@ def run_service(
     """
     if team.by_plans and not lockstep:
         raise SpecError("team", "avoid", "needs robots of one clock by plans", "use cells, or start with --lockstep")
-    if standby and not team.by_plans:
-        raise SpecError("team", "avoid", "is cells, which no standby can take over", "use plans")
+    if standby and team.avoid == "none" and not team.by_plans:
+        raise SpecError("team", "avoid", "is none, which no standby can take over", "use plans or cells")
     config = config or BusConfig.from_environment((topics.TEAM_NAMESPACE,))
     with until_stopped(supervisor) as stop:
-        former: TeamMemory | None = None
-        while not stop:
-            if standby:
-                former = _stand_by(former or read_journal(journal_path(topics.TEAM_NAMESPACE), team), config, stop)
-                team = former.team
-            if not stop:
-                _coordinate(team, config, stop, former, lockstep=lockstep, alone=supervisor is not None)
+        former = read_journal(journal_path(topics.TEAM_NAMESPACE), team) if standby else None
+        alone = supervisor is not None
+        while former is not None and not stop:
+            with Bus.open(topics.STANDBY, config, lambda: stop.asked) as bus:
+                former = _stand_by(bus, former, stop)
+                if not stop:  # in this session: joining the bus again would take up to a second or two
+                    bus.rename(topics.COORDINATOR)
+                    _coordinate(bus, former.team, stop, former, lockstep=lockstep, alone=alone)
+        if former is None:
+            with Bus.open(topics.COORDINATOR, config, lambda: stop.asked) as bus:
+                _coordinate(bus, team, stop, None, lockstep=lockstep, alone=alone)
 
 
 def _coordinate(
-    team: TeamScenario, config: BusConfig, stop: Stop, former: TeamMemory | None, *, lockstep: bool, alone: bool
+    bus: Bus, team: TeamScenario, stop: Stop, former: TeamMemory | None, *, lockstep: bool, alone: bool
 ) -> None:
     """Coordinate a team until this process is to stop, or the coordinator that it was to replace is back.
 
@@ -70,33 +75,35 @@ def _coordinate(
         TouchlineError: Another coordinator runs or has taken over, or a robot cannot be guided.
     """
     area = free_area(team)
-    with Bus.open(topics.COORDINATOR, config, lambda: stop.asked) as bus:
-        bus.claim()
-        health = HealthReporter(bus)
-        health.starting("loading kernels")
-        run_steps([("a team of two", partial(warm_up_team, team, area))], health.starting)
-        service = TeamService(bus, team, area, lockstep=lockstep, alone=alone, former=former)
-        late = LateCompilations(stop)
-        health.common = late.values
-        late.watch()
-        while not stop and not service.former_is_back:
-            if not service.turn():
-                time.sleep(IDLE_S)
-            health.poll(service.figures, message=service.doing)
+    bus.claim()
+    health = HealthReporter(bus)
+    if former is None:
+        _load(health, team, area)
+    service = TeamService(bus, team, area, lockstep=lockstep, alone=alone, former=former)
+    late = LateCompilations(stop)
+    health.common = late.values
+    late.watch()
+    while not stop and not service.former_is_back:
+        if not service.turn():
+            time.sleep(IDLE_S)
+        health.poll(service.figures, message=service.doing)
 
 
-def _stand_by(memory: TeamMemory, config: BusConfig, stop: Stop) -> TeamMemory:
+def _stand_by(bus: Bus, memory: TeamMemory, stop: Stop) -> TeamMemory:
     """Wait until the team's coordinator is lost, or this process is to stop; return the coordinator's memory.
 
     Everything that compiles is compiled before.
     """
-    with Bus.open(topics.STANDBY, config, lambda: stop.asked) as bus:
-        health = HealthReporter(bus)
-        health.starting("loading kernels")
-        team = memory.team
-        run_steps([("a team of two", partial(warm_up_team, team, free_area(team)))], health.starting)
-        watch = Standby(bus, memory)
-        while not stop and not watch.turn():
-            health.poll({}, message=watch.doing)
-            time.sleep(STANDBY_LOOK_S)
-        return watch.memory
+    health = HealthReporter(bus)
+    _load(health, memory.team, free_area(memory.team))
+    watch = Standby(bus, memory)
+    while not stop and not watch.turn():
+        health.poll({}, message=watch.doing)
+        time.sleep(STANDBY_LOOK_S)
+    return watch.memory
+
+
+def _load(health: HealthReporter, team: TeamScenario, area: FreeArea) -> None:
+    """Compile and load what coordination needs."""
+    health.starting("loading kernels")
+    run_steps([("a team of two", partial(warm_up_team, team, area))], health.starting)

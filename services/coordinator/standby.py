@@ -27,7 +27,8 @@ class Standby:
         """
         self._presence = bus.presence()
         self._inbox = bus.inbox([topics.TEAM_MEMORY], keep="latest")
-        self._robots = TakeOver({name: bus.of(name) for name in memory.team.names})
+        buses = {name: bus.of(name) for name in memory.names}
+        self._robots = TakeOver(buses, by_plans=memory.team.by_plans)
         self.memory = memory
         self.seen = ""
 
@@ -39,7 +40,7 @@ class Standby:
                 self.memory = parse(TeamMemory, message.data, "memory of the coordinator")
         if there := self._presence.instances(topics.COORDINATOR):
             self.seen = min(there)
-        return not there and (bool(self.seen) or self._robots.look())
+        return not there and (bool(self.seen) or (self._robots.look() and not self._robots.none_is_guided))
 
     @property
     def doing(self) -> str:

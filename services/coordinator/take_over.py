@@ -22,9 +22,11 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PayloadError
 
-_ANSWER_S: Final = 1.0
+_ANSWER_S: Final = 0.25
+"""Wall-clock time for an answer. A question without one is asked again by its id: a robot answers both alike."""
 _AGAIN_S: Final = 0.1
 _OBEYS: Final = "obeys session"
+_UNGUIDED: Final = "is not guided"
 
 
 class TakeOver:
@@ -37,13 +39,14 @@ class TakeOver:
         waits_for: Robots that have not answered, with the reasons.
     """
 
-    def __init__(self, buses: Mapping[str, Bus]) -> None:
+    def __init__(self, buses: Mapping[str, Bus], *, by_plans: bool = True) -> None:
         """Ask all robots who guides them.
 
         Args:
             buses: Buses of the robots, by name.
+            by_plans: Whether they are guided by plans; else a robot that nobody guides has answered, too.
         """
-        self._buses, self.epoch = buses, 0
+        self._buses, self._by_plans, self.epoch = buses, by_plans, 0
         self.waits_for: dict[str, str] = {}
         self._begin(0)
 
@@ -51,6 +54,7 @@ class TakeOver:
         self.epoch = epoch
         self.answers: dict[str, m.SetOwnerResponse] = {}
         self._open: dict[str, Question] = {}
+        self._ids: dict[str, str] = {}
         self._again_s = dict.fromkeys(self._buses, 0.0)
         self.waits_for = dict.fromkeys(self._buses, "does not answer")
 
@@ -70,7 +74,8 @@ class TakeOver:
             if name in self.answers:
                 continue
             if name not in self._open and now_s >= self._again_s[name]:
-                request = m.SetOwnerRequest(request_id=uuid.uuid4().hex, coordinator=bus.session_id, epoch=self.epoch)
+                asked = self._ids.setdefault(name, uuid.uuid4().hex)
+                request = m.SetOwnerRequest(request_id=asked, coordinator=bus.session_id, epoch=self.epoch)
                 self._open[name] = bus.ask(topics.SET_OWNER, encode(request), _ANSWER_S)
             self._take(name, now_s)
         return len(self.answers) == len(self._buses)
@@ -86,6 +91,7 @@ class TakeOver:
         if answer.refusal is not None or answer.payload is None:
             self.waits_for[name] = answer.refusal or "does not answer"
             return
+        del self._ids[name]
         try:
             response = decode(m.SetOwnerResponse, answer.payload)
         except PayloadError as error:
@@ -93,7 +99,7 @@ class TakeOver:
             return
         if self.epoch == 0 and response.coordinator in self._buses[name].sessions(topics.COORDINATOR):
             self.waits_for[name] = f"{_OBEYS} {response.coordinator}, which is on the bus"
-        elif response.success or (self.epoch == 0 and response.coordinator):
+        elif response.success or (self.epoch == 0 and (response.coordinator or not self._by_plans)):
             self.answers[name] = response
             del self.waits_for[name]
         elif response.coordinator and response.epoch >= self.epoch > 0:
@@ -109,7 +115,8 @@ class TakeOver:
     @property
     def none_is_guided(self) -> bool:
         """Return whether all have answered, and no robot is guided by anybody."""
-        return bool(self.waits_for) and all("is not guided" in reason for reason in self.waits_for.values())
+        answered = [each.coordinator for each in self.answers.values()]
+        return not any(answered) and all(_UNGUIDED in reason for reason in self.waits_for.values())
 
     @property
     def followed(self) -> dict[str, FollowedPlan]:

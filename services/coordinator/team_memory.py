@@ -28,11 +28,18 @@ class TeamMemory(Spec):
 
     Attributes:
         team: The team, with what is left of its task.
+        robots: Robots that have cells or plans; empty before the team has begun.
         tasks: Tasks of its dispatcher, if it has one.
     """
 
     team: TeamScenario
+    robots: tuple[str, ...] = ()
     tasks: DispatchMemory | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Robots to be guided: others may have joined the team since it began, or been removed."""
+        return self.robots or self.team.names
 
 
 class MemoryKeeper:
@@ -54,8 +61,11 @@ class MemoryKeeper:
         Args:
             team: The team with its present task.
         """
-        left = remaining_task(team.task, self._coordination.cells())
-        memory = TeamMemory(team=team.model_copy(update={"task": left}), tasks=self._coordination.dispatch_memory)
+        coordination = self._coordination
+        left = remaining_task(team.task, coordination.cells())
+        robots = coordination.hub.names if coordination.hub is not None else ()
+        told = team.model_copy(update={"task": left})
+        memory = TeamMemory(team=told, robots=robots, tasks=coordination.dispatch_memory)
         text = memory.model_dump_json()
         if text == self._text:
             return

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import uuid
+from collections.abc import Iterable
 from typing import Final
 
 from touchline.bus import Bus
@@ -22,6 +23,7 @@ class TeamRobots:
     Args:
         bus: Bus of the team's namespace.
         team: The team.
+        names: Names of those that are in it at first.
         lockstep: Whether sim time of the robots waits for the coordinator.
 
     Attributes:
@@ -30,9 +32,9 @@ class TeamRobots:
         offsets: Ticks from the clock of each to the coordinator's, once known.
     """
 
-    def __init__(self, bus: Bus, team: TeamScenario, *, lockstep: bool) -> None:
+    def __init__(self, bus: Bus, team: TeamScenario, names: Iterable[str], *, lockstep: bool) -> None:
         self._bus, self._team, self._lockstep = bus, team, lockstep
-        self.buses = {name: bus.of(name) for name in team.names}
+        self.buses = {name: bus.of(name) for name in names}
         self.links = {name: RobotLink(each, team, lockstep=lockstep) for name, each in self.buses.items()}
         self.offsets: dict[str, int] = {}
 

@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Mapping
 from enum import Enum
+from functools import partial
 from typing import Final
 
 from pydantic import TypeAdapter, ValidationError
@@ -19,6 +20,7 @@ from pydantic import TypeAdapter, ValidationError
 from touchline.bus import Bus, ServedCall
 from touchline.coordination.body_contacts import body_radius_m
 from touchline.coordination.coordination import Coordination, Reported
+from touchline.coordination.dispatch.dispatch_memory import DispatchMemory
 from touchline.coordination.exchange import EXCHANGE_TICKS, Exchange
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.guidance_messages import header_at
@@ -33,8 +35,9 @@ from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.services.coordinator.contact_injector import ContactInjector
 from touchline.services.coordinator.dispatch_desk import DispatchDesk
 from touchline.services.coordinator.external_algorithm import ExternalDecider
-from touchline.services.coordinator.group_call import GroupCall, reasons
+from touchline.services.coordinator.group_call import GroupCall, reasons, start_guidance
 from touchline.services.coordinator.joining_robots import JoiningRobots
+from touchline.services.coordinator.recall import Recall
 from touchline.services.coordinator.removals import Removals
 from touchline.services.coordinator.robot_link import RobotLink
 from touchline.services.coordinator.succession import Succession
@@ -80,8 +83,10 @@ class TeamService:
     ) -> None:
         self._bus, self._team, self._lockstep = bus, team, lockstep
         self._area = area
-        robots = self._robots = TeamRobots(bus, team, lockstep=lockstep)
+        names = former.names if former else team.names
+        robots = self._robots = TeamRobots(bus, team, names, lockstep=lockstep)
         self._coordination = Coordination(team, area, lambda radio: ExternalDecider(robots.buses, radio), certain=alone)
+        self._coordination.expect(names)
         self._exchange = Exchange(team, self._coordination)
         self._presser = ContactInjector(robots.buses, body_radius_m(team.vehicle), area)
         self._step = self._exchange.step_ticks if lockstep else EXCHANGE_TICKS
@@ -94,7 +99,7 @@ class TeamService:
         self._task, self._problem, self._since, self._updates = "", "", "", 0
         self._statistics: TaskStatistics | None = None
         self._phase = _Phase.TAKING_OVER if former else _Phase.WAITING
-        self._taking, self._former = TakeOver(robots.buses) if former else None, former
+        self._taking, self._former = self._takes_over() if former else None, former
         self._memory = None if alone else MemoryKeeper(bus, self._coordination)
         self._succession = Succession(bus, robots.buses)
         self._removals = Removals(bus, self._coordination, joining=not lockstep)
@@ -104,9 +109,19 @@ class TeamService:
         self._late_robots = LateRobots(bus.publisher(topics.EVENTS).send, SILENT_S)
         self._call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse] | None = None
 
+    def _takes_over(self) -> TakeOver | Recall:
+        """Return what makes all robots obey this coordinator: those by cells are guided anew."""
+        if self._team.by_plans:
+            return TakeOver(self._robots.buses)
+        return Recall(self._robots.buses, partial(start_guidance, lockstep_s=self._lockstep_s, plans=False))
+
+    @property
+    def _lockstep_s(self) -> float:
+        return self._step / 100.0 if self._lockstep else 0.0
+
     def _begin(self, call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse]) -> None:
         """Have all robots be guided from now on; the call is answered when all have answered."""
-        self._beginning = self._robots.begin_guided(self._step / 100.0 if self._lockstep else 0.0)
+        self._beginning = self._robots.begin_guided(self._lockstep_s)
         self._call, self._phase = call, _Phase.BEGINNING
 
     def _look_at_beginning(self) -> None:
@@ -137,19 +152,29 @@ class TeamService:
                 self._taking, self._phase = None, _Phase.WAITING
             return
         self._taking, self._phase, self._task = None, _Phase.GUIDING, self._team.task.kind
-        self._since = f"session {self._bus.session_id} since epoch {taking.epoch}, after another was lost"
+        since = f" since epoch {taking.epoch}" if isinstance(taking, TakeOver) else ""
+        self._since = f"session {self._bus.session_id}{since}, after another was lost"
         _LOG.info("coordinator: %s", self._since)
+        self._statistics = TaskStatistics(self._coordination, self._task)
+        for name, link in self._robots.links.items():
+            link.heard_at_s = now_s
+            self._joining.joins(name)
+        tasks = self._former.tasks if self._former is not None else None
+        if isinstance(taking, TakeOver):
+            self._resume(taking, tasks)
+        else:
+            self._coordination.go_on(tasks)
+
+    def _resume(self, taking: TakeOver, tasks: DispatchMemory | None) -> None:
+        """Go on with the plans that robots follow, and the tasks of another dispatcher, if there was one."""
         ticks = {name: round(100 * each.state.stamp_s) for name, each in taking.followed.items()}
         self._next_tick = (max(ticks.values()) // self._step + 1) * self._step
         updates = self._exchange.update_ticks
         first = -(-self._next_tick // updates) * updates
-        tasks = self._former.tasks if self._former is not None else None
         self._coordination.resume(taking.followed, (first - updates) / 100.0, tasks)
-        self._statistics = TaskStatistics(self._coordination, self._task)
         for name, link in self._robots.links.items():
-            link.whereabouts, link.heard_at_s = taking.followed[name].state, now_s
+            link.whereabouts = taking.followed[name].state
             link.send((), ticks[name])
-            self._joining.joins(name)
 
     def turn(self) -> bool:
         """Serve waiting calls, and exchange messages if due; return False if there was nothing to do.

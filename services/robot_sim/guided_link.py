@@ -90,7 +90,7 @@ class GuidedLink:
         return SetOwnerResponse(
             success=not problem,
             message=problem or f"guided in epoch {request.epoch}",
-            coordinator=self._fence.owner,
+            coordinator=self._fence.owner if self.under_way else "",
             epoch=self._fence.epoch,
             state=self._emulator.onboard.plan_state or PlanState(aligned=False),
             plan=plan.ravel(),
@@ -99,8 +99,10 @@ class GuidedLink:
 
     def _owner_problem(self, request: SetOwnerRequest) -> str:
         """Return why a coordinator cannot take over; "" if it can."""
+        if not self.under_way:
+            return "the robot is not guided: nobody can take it over"
         if self._emulator.onboard.plan_state is None:
-            return "the robot is not guided by plans: nobody can take it over"
+            return "the robot is guided by cells: abort, and have it guided anew"
         if request.epoch < self._fence.epoch or (
             request.epoch == self._fence.epoch and request.coordinator != self._fence.owner
         ):

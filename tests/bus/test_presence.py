@@ -153,3 +153,17 @@ def test_a_strangers_token_does_not_keep_the_robot_from_starting(bus, bus_config
     assert (event.source, event.code) == ("robot-sim", "namesake")
     assert str(stranger.zid()) in event.text
     assert "did not answer" in caplog.text
+
+
+def test_who_is_renamed_is_there_under_the_new_name_alone_and_holds_it(bus, bus_config):
+    presence = bus.presence()
+    with Bus.open(topics.STANDBY, bus_config) as other:
+        other.of("tt3")
+        session = other.session_id
+        assert eventually(lambda: (presence.poll(), presence.alive())[1] == {"bridge", topics.STANDBY})
+        other.rename(topics.COORDINATOR)
+        assert eventually(lambda: (presence.poll(), presence.alive())[1] == {"bridge", topics.COORDINATOR})
+        assert eventually(lambda: bus.sessions(topics.COORDINATOR) == {session})
+        other.claim()
+        health, text = HealthReporter(other), "ready"
+        assert eventually(lambda: (health.poll({}, message=text), bus.of("tt3").sessions(topics.STANDBY))[1] == set())

@@ -106,6 +106,17 @@ def test_no_wish_brings_plans_nearer_than_they_may_be(malicious: bool) -> None:
     assert moved_m > 20.0
 
 
+def test_plans_of_others_lead_through_a_robot_that_stops_where_its_plan_does_not() -> None:
+    """The reason why faults with which robots leave their plans are refused."""
+    team, nearest_m = CommittedPlans(scattered(np.random.default_rng(7), 14), ROOM, LIMITS), math.inf
+    for _ in range(20):
+        team.choose_by(at_nearest(team.places)[::-1], range(14))
+        now, later = team.places, team.plans[:, :, t.X] + 1j * team.plans[:, :, t.Y]
+        apart = np.abs(now[:, None, None] - later) + np.diag(np.full(14, np.inf))[:, :, None]
+        nearest_m = min(nearest_m, float(apart.min()))
+    assert nearest_m < 0.5 * LIMITS.apart_m
+
+
 def test_the_rest_of_every_plan_stays_permitted() -> None:
     rng = np.random.default_rng(3)
     team, around = CommittedPlans(scattered(rng, 14), ROOM, LIMITS), kernels.AreaBorders(ROOM.sides, ROOM.walls)

@@ -9,6 +9,10 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.team import TeamScenario
 
 PLACES = {"a": (1.0, 1.0), "b": (2.0, 1.0), "c": (3.0, 1.0)}
+TEAM = {
+    "places": {name: {"x_m": x, "y_m": y, "heading_rad": 0.0} for name, (x, y) in PLACES.items()},
+    "area": {"outline": [(0, 0), (4, 0), (4, 4), (0, 4)]},
+}
 
 
 def says(team: Coordination, name: str, now_s: float) -> None:
@@ -28,9 +32,7 @@ def run(team: Coordination, names: str, since_s: float, until_s: float) -> None:
 
 @pytest.fixture
 def team() -> Coordination:
-    places = {name: {"x_m": x, "y_m": y, "heading_rad": 0.0} for name, (x, y) in PLACES.items()}
-    area = {"outline": [(0, 0), (4, 0), (4, 4), (0, 4)]}
-    scenario = TeamScenario.model_validate({"places": places, "area": area, "task": {"kind": "goals", "goals": {}}})
+    scenario = TeamScenario.model_validate({**TEAM, "task": {"kind": "goals", "goals": {}}})
     found = Coordination(scenario, free_area(scenario))
     run(found, "abc", 0.0, 4.0)
     return found
@@ -71,3 +73,25 @@ def test_who_is_out_is_neither_told_nor_taken_in_before_it_is_admitted(team: Coo
     assert team.hub is not None
     assert not team.hub.resting
     assert team.guidance()["c"].number > 0
+
+
+def test_another_coordinator_begins_with_those_that_are_left_and_goes_on_with_their_tasks() -> None:
+    requests = [{"category": "go_to_place", "place": (3.0, 3.0)}]
+    scenario = TeamScenario.model_validate({**TEAM, "task": {"kind": "dispatch", "requests": requests}})
+    team = Coordination(scenario, free_area(scenario))
+    run(team, "abc", 10.0, 14.0)
+    kept = team.dispatch_memory
+    assert kept is not None
+    other = Coordination(scenario, free_area(scenario))
+    other.expect("ab")
+    other.go_on(kept)
+    run(other, "ac", 1.0, 2.0)
+    assert other.waits_for == ("b",)
+    run(other, "abc", 2.0, 6.0)
+    assert set(other.guidance()) == {"a", "b"}
+    assert other.out == {"c"}
+    assert (now := other.dispatch_memory) is not None
+    assert now.time_s == pytest.approx(kept.time_s + 3.6)  # though its clock is another
+    assert [(each.id, each.state, each.robot) for each in now.tasks] == [
+        (each.id, each.state, each.robot) for each in kept.tasks
+    ]

@@ -11,8 +11,10 @@ from touchline.bus import Answer, Bus, BusConfig
 from touchline.coordination.start_poses import free_area
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
-from touchline.schemas.messages import SetOwnerRequest, SetOwnerResponse
+from touchline.schemas.messages import BeginGuidedResponse, CommandResponse, SetOwnerRequest, SetOwnerResponse
 from touchline.schemas.team import TeamScenario
+from touchline.services.coordinator.group_call import start_guidance
+from touchline.services.coordinator.recall import Recall
 from touchline.services.coordinator.take_over import TakeOver
 from touchline.services.coordinator.team_memory import TeamMemory, read_journal
 from touchline.services.coordinator.team_service import TeamService, _Phase
@@ -44,6 +46,32 @@ class Robot:
         return self._answer
 
 
+class Slow(Robot):
+    """A robot that does not answer a question in time."""
+
+    def __init__(self) -> None:
+        super().__init__({"old", "new"})
+        self.asked, self.silent = list[str](), True
+
+    def ask(self, service: Any, payload: bytes, timeout_s: float) -> Robot:
+        self.asked.append(decode(SetOwnerRequest, payload).request_id)
+        super().ask(service, payload, timeout_s)
+        self._answer = Answer(None, None) if self.silent else self._answer
+        return self
+
+
+def test_a_question_without_an_answer_is_repeated_and_an_answered_one_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("touchline.services.coordinator.take_over._AGAIN_S", 0.0)
+    robot = Slow()
+    taking = TakeOver({"a": cast(Bus, robot)})
+    taking.turn()
+    robot.silent = False
+    assert not any(taking.turn() for _ in range(2))
+    first, again, new = robot.asked
+    assert first == again
+    assert new != first
+
+
 def test_robots_of_a_coordinator_that_is_on_the_bus_are_not_taken_over(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("touchline.services.coordinator.take_over._AGAIN_S", 0.0)
     there = {"old", "new"}
@@ -56,6 +84,66 @@ def test_robots_of_a_coordinator_that_is_on_the_bus_are_not_taken_over(monkeypat
     assert not taking.former_is_back
     assert taking.turn()
     assert taking.epoch == 4
+
+
+class RobotInCell:
+    """A robot by cells as its bus: it obeys "old", or nobody, and brakes for one more question after its abortion."""
+
+    session_id = "new"
+
+    def __init__(self, there: set[str], owner: str) -> None:
+        self._there, self.owner, self._driving, self.asked = there, owner, 2, list[str]()
+
+    def sessions(self, _: str) -> frozenset[str]:
+        return frozenset(self._there)
+
+    def ask(self, service: topics.Service[Any, Any], _: bytes, __: float) -> RobotInCell:
+        self.asked.append(service.name)
+        if service is topics.SET_OWNER:
+            guided = "by cells: abort, and have it guided anew" if self.owner else "not guided"
+            response = SetOwnerResponse(message=f"the robot is {guided}", coordinator=self.owner)
+            self._answer = Answer(encode(response), None)
+        elif service is topics.ABORT:
+            self._answer = Answer(encode(CommandResponse(success=True)), None)
+        else:
+            self._driving -= 1
+            self.owner = self.owner if self._driving else "new"
+            taken = BeginGuidedResponse(success=not self._driving, message="it brakes")
+            self._answer = Answer(encode(taken), None)
+        return self
+
+    def poll(self) -> Answer:
+        return self._answer
+
+
+def recall(robots: dict[str, RobotInCell]) -> Recall:
+    return Recall(cast(dict[str, Bus], robots), lambda buses: start_guidance(buses, 0.4, plans=False))
+
+
+def test_robots_by_cells_are_stopped_and_guided_anew_until_all_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("touchline.services.coordinator.take_over._AGAIN_S", 0.0)
+    monkeypatch.setattr("touchline.services.coordinator.recall._AGAIN_S", 0.0)
+    there = {"old", "new"}
+    robots = {"a": RobotInCell(there, "old"), "b": RobotInCell(there, "")}
+    recalling = recall(robots)
+    assert not any(recalling.turn() for _ in range(5))
+    assert recalling.former_is_back
+    assert topics.ABORT.name not in robots["b"].asked
+    there.discard("old")
+    assert not any(recalling.turn() for _ in range(4))
+    assert recalling.waits_for == {"a": "it brakes", "b": "it brakes"}
+    assert any(recalling.turn() for _ in range(4))
+    assert {robot.owner for robot in robots.values()} == {"new"}
+    assert not recalling.waits_for
+
+
+def test_robots_by_cells_that_nobody_guided_are_left_alone() -> None:
+    robots = {name: RobotInCell({"new"}, "") for name in "ab"}
+    recalling = recall(robots)
+    assert not any(recalling.turn() for _ in range(5))
+    assert recalling.none_is_guided
+    assert not recalling.former_is_back
+    assert set(robots["a"].asked) == {topics.SET_OWNER.name}
 
 
 def test_a_journal_is_of_the_same_team_or_counts_for_nothing(tmp_path: Path) -> None:

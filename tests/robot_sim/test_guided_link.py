@@ -121,6 +121,18 @@ def test_it_stops_and_tells_when_its_coordinator_has_gone(team: Team, bus_config
         team.until(lambda: abs(team.said.x_m - here_m) > 0.3, others)  # it is guided anew
 
 
+def test_a_robot_in_a_cell_says_who_guides_it_and_cannot_be_taken_over(team: Team, bus_config: BusConfig) -> None:
+    with Bus.open(topics.COORDINATOR, bus_config) as ours:
+        assert team.joins(ours.session_id).success
+        guided = ask(team._operator, team.robot, topics.SET_OWNER)
+        assert (guided.success, guided.coordinator) == (False, ours.session_id)
+        assert "guided by cells" in guided.message
+        assert ask(team._operator, team.robot, topics.ABORT).success
+        alone = ask(team._operator, team.robot, topics.SET_OWNER)
+        assert (alone.success, alone.coordinator) == (False, "")
+        assert "is not guided" in alone.message
+
+
 @pytest.mark.parametrize("who", ["", "0" * 32, "an operator"])
 def test_who_is_no_coordinator_is_not_joined(team: Team, operator: Bus, who: str) -> None:
     answer = team.joins(operator.session_id if who == "an operator" else who)

@@ -43,12 +43,13 @@ REQUESTS = [
     {"category": "go_to_place", "place": place, "dwell_s": 2.0}
     for place in ((4.4, 4.4), (0.6, 4.4), (2.5, 0.6), (4.4, 2.5), (0.6, 2.5), (2.5, 2.5))
 ]
+DISPATCH = {"kind": "dispatch", "requests": REQUESTS}
 ADDED = {"id": "added", "category": "delivery", "pickup": (1.0, 1.0), "dropoff": (4.0, 4.0), "pickup_s": 1.0}
 
 
-def team(task: dict[str, Any]) -> TeamScenario:
+def team(task: dict[str, Any], avoid: str) -> TeamScenario:
     places = {name: {"x_m": x, "y_m": y, "heading_rad": 0.0} for name, (x, y) in STARTS.items()}
-    told = {"places": places, "area": AREA, "task": task, "avoid": "plans", "duration_s": 3000.0}
+    told = {"places": places, "area": AREA, "task": task, "avoid": avoid, "duration_s": 3000.0}
     return TeamScenario.model_validate(told)
 
 
@@ -99,10 +100,10 @@ class Done:
 class System:
     """Three robots, their coordinator and a standby, each a process."""
 
-    def __init__(self, stack: ExitStack, folder: Path, task: dict[str, Any]) -> None:
-        self._stack, self._folder, self.task = stack, folder, team(task).task
+    def __init__(self, stack: ExitStack, folder: Path, task: dict[str, Any], avoid: str) -> None:
+        told = team(task, avoid)
+        self._stack, self._folder, self.task = stack, folder, told.task
         self.config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}", namespaces=(topics.TEAM_NAMESPACE,))
-        told = team(task)
         (folder / "team.json").write_text(told.model_dump_json())
         setups = {name: told.setup(name, told.places[name]) for name in told.names}
         (folder / "fleet.json").write_text(Fleet.of(setups).model_dump_json())
@@ -169,11 +170,11 @@ class System:
 @pytest.fixture
 def system(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[System]:
     with ExitStack() as stack:
-        yield System(stack, tmp_path, request.param)
+        yield System(stack, tmp_path, *request.param)
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("system", [TO_GOALS], indirect=True, ids=[""])
+@pytest.mark.parametrize("system", [(TO_GOALS, "plans")], indirect=True, ids=[""])
 def test_a_standby_goes_on_when_the_coordinator_is_killed_and_lets_nobody_back(system: System) -> None:
     assert eventually(lambda: system.ready, 120.0), system.said("standby")
     assert eventually(system.begin)
@@ -197,7 +198,7 @@ def test_a_standby_goes_on_when_the_coordinator_is_killed_and_lets_nobody_back(s
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("system", [{"kind": "dispatch", "requests": REQUESTS}], indirect=True, ids=[""])
+@pytest.mark.parametrize("system", [(DISPATCH, "plans"), (DISPATCH, "cells")], indirect=True, ids=["plans", "cells"])
 def test_tasks_are_done_once_by_a_standby_and_by_a_coordinator_that_is_started_anew(system: System) -> None:
     assert eventually(lambda: system.ready, 120.0), system.said("standby")
     assert eventually(system.begin)

@@ -115,9 +115,9 @@ def test_plans_keep_robots_apart_when_half_of_all_messages_are_lost_and_late() -
 
 
 def test_plans_refuse_robots_that_cannot_follow_them() -> None:
-    with pytest.raises(ValidationError, match="not supported by plans"):
+    with pytest.raises(ValidationError, match="frozen stops a robot where its plan does not"):
         driven(robots=2, avoid="plans", frozen={"tb1": [{"start_s": 5.0}]})
-    with pytest.raises(ValidationError, match="the fault bumper is not supported by plans"):
+    with pytest.raises(ValidationError, match="the fault bumper stops a robot where its plan does not"):
         driven(robots=2, avoid="plans", faults={"tb1": [{"kind": "bumper"}]})
 
 

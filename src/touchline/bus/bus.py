@@ -226,6 +226,21 @@ class Bus:
         self._others.append(other)  # held here: its liveliness token goes with it
         return other
 
+    def rename(self, node: str) -> None:
+        """Be another process from now on, in the same session; buses of other robots that it had are left.
+
+        Args:
+            node: The name, of the same role.
+        """
+        tokens = [bus._token for bus in (self, *self._others)]
+        for other in self._others:
+            other._close()
+        self._gate.close()
+        self.node, self._gate, self._others = node, ServiceGate(node, self.config), []
+        self._token = self._declare_token(self._session)
+        for token in tokens:
+            token.undeclare()  # type: ignore[no-untyped-call]
+
     @property
     def namespace(self) -> str:
         """Namespace of the robot."""

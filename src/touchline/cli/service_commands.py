@@ -130,7 +130,7 @@ def coordinator(
         bool, typer.Option("--lockstep", help="Reproducible: sim time of emulated robots waits for the coordinator.")
     ] = False,
     standby: Annotated[
-        bool, typer.Option("--standby", help="Wait until the coordinator is lost, and take over (teams by plans).")
+        bool, typer.Option("--standby", help="Wait until the coordinator is lost, and take over.")
     ] = False,
     logs: LogsOption = None,
     supervisor: SupervisorOption = None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -78,6 +78,8 @@ class Coordination:
         self._team, self._area, self._external, self._certain = team, area, external, certain
         self._first: dict[str, Reported] = {}
         self._begun_s = math.inf
+        self._names: tuple[str, ...] = team.names
+        self._kept: DispatchMemory | None = None
         self._out: set[str] = set()
         self._charges: dict[str, float] = {}
         self.hub: Hub | PlanHub | None = None
@@ -173,6 +175,9 @@ class Coordination:
             self.task = self._task_of(self._team.task, _places(self._first))
             self.hub = self._hub(self.task, now_s)
             self._begun_s = now_s
+            if self._kept is not None and self.dispatcher is not None:
+                self.dispatcher.restore(self._kept)
+                self._begun_s = min(self._kept.begun_s, now_s - self._kept.time_s)  # the clock may be another
         if (task := dispatched(self.task)) is not None:
             task.observe(now_s - self._begun_s, self._charges, self.hub.resting)
         self.hub.update(now_s)
@@ -200,6 +205,19 @@ class Coordination:
             return PlanHub(self._area, task, states, now_s, settings)
         places = {name: each for name, each in self._first.items() if isinstance(each, Whereabouts)}
         return Hub(self._area, task, places, now_s, settings_of(self._team))
+
+    def expect(self, robots: Sequence[str]) -> None:
+        """Begin with these robots, some of which may have joined the team; others of the team have been removed."""
+        self._names = tuple(sorted(robots))
+        self._out = set(self._team.names) - set(robots)
+
+    def go_on(self, tasks: DispatchMemory | None) -> None:
+        """Begin, once all robots stand without a cell, where another coordinator has ended.
+
+        Args:
+            tasks: Memory of its dispatcher; None: it had none.
+        """
+        self._kept = tasks
 
     def resume(self, followed: Mapping[str, FollowedPlan], now_s: float, tasks: DispatchMemory | None = None) -> None:
         """Begin with robots that drive by plans of another coordinator.
@@ -289,7 +307,7 @@ class Coordination:
         """Robots that are not localized, keep to a cell, or are silent, while the team has not begun."""
         if self.hub is not None:
             return ()
-        return tuple(name for name in self._team.names if name not in self._first or not _is_new(self._first[name]))
+        return tuple(name for name in self._names if name not in self._first or not _is_new(self._first[name]))
 
     def guidance(self) -> dict[str, Guidance]:
         """Return the guidance of each robot now, by name."""
