@@ -46,7 +46,7 @@ Stretch = tuple[Piece, ...]
 """Pieces between two rests."""
 
 
-class Rest(NamedTuple):
+class PlannedRest(NamedTuple):
     """Rest of a robot under way.
 
     Attributes:
@@ -58,7 +58,7 @@ class Rest(NamedTuple):
     time_s: float
 
 
-class FreeSpace(NamedTuple):
+class NeededSpace(NamedTuple):
     """Ground that a drive needs, as a rectangle along the start's heading, clearance included.
 
     Attributes:
@@ -90,8 +90,8 @@ class CalibrationDrive(NamedTuple):
     """
 
     plan: Plan
-    rests: tuple[Rest, ...]
-    space: FreeSpace
+    rests: tuple[PlannedRest, ...]
+    space: NeededSpace
     cause: PlanCause
 
     @property
@@ -146,18 +146,18 @@ def _stretches(traveller: Traveller) -> list[Stretch]:
     return [(line,), *between, (line, *to_left, line), *between, (line, *to_right, line), *between]
 
 
-def _rests(sections: Sequence[Section], sent: Sequence[Sent]) -> tuple[Rest, ...]:
+def _rests(sections: Sequence[Section], sent: Sequence[Sent]) -> tuple[PlannedRest, ...]:
     """Return a rest before each section; one between turns on the spot alone has no arc length of its own."""
-    rests, ideal_m = [Rest(0.0, FIRST_REST_S)], 0.0
+    rests, ideal_m = [PlannedRest(0.0, FIRST_REST_S)], 0.0
     for section, following in pairwise(sections):
         ideal_m += section.path.length_m
         at_m = max(each.end_m for each in sent if each.ideal_to_m <= ideal_m + 1e-9)
         turns = following.path.pieces[0].spin_rad != 0.0
-        rests.append(Rest(at_m - _SHORT_OF_TURN_M if turns else at_m, REST_S))
+        rests.append(PlannedRest(at_m - _SHORT_OF_TURN_M if turns else at_m, REST_S))
     return tuple(rests)
 
 
-def _checked_space(sections: Sequence[Section], vehicle: Vehicle, ground: KnownGround) -> FreeSpace:
+def _checked_space(sections: Sequence[Section], vehicle: Vehicle, ground: KnownGround) -> NeededSpace:
     """Return the ground that a drive needs.
 
     Raises:
@@ -170,7 +170,7 @@ def _checked_space(sections: Sequence[Section], vehicle: Vehicle, ground: KnownG
     outline = np.asarray(shapely.get_coordinates(swept)) - (start.x_m, start.y_m)
     ahead = outline @ (math.cos(start.heading_rad), math.sin(start.heading_rad))
     left = outline @ (-math.sin(start.heading_rad), math.cos(start.heading_rad))
-    space = FreeSpace(*(float(each) for each in (-ahead.min(), ahead.max(), -left.min(), left.max())))
+    space = NeededSpace(*(float(each) for each in (-ahead.min(), ahead.max(), -left.min(), left.max())))
     for obstacle in ground.obstacles:
         if shapely.Polygon(obstacle.corners, obstacle.holes).intersects(swept):
             raise _not_free(space, f'"{obstacle.id}" is in the way')
@@ -179,7 +179,7 @@ def _checked_space(sections: Sequence[Section], vehicle: Vehicle, ground: KnownG
     return space
 
 
-def _not_free(space: FreeSpace, why: str) -> PlanningError:
+def _not_free(space: NeededSpace, why: str) -> PlanningError:
     return PlanningError("", f"needs {space}, and {why}", "give another start pose")
 
 

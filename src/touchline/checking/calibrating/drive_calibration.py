@@ -61,7 +61,7 @@ class ConstantFinding(NamedTuple):
     against: str
 
 
-class Beside(NamedTuple):
+class UnkeptFigure(NamedTuple):
     """Figure of the robot that no file keeps.
 
     Attributes:
@@ -92,7 +92,7 @@ class Calibration(NamedTuple):
     """
 
     findings: tuple[ConstantFinding, ...]
-    beside: tuple[Beside, ...]
+    beside: tuple[UnkeptFigure, ...]
     noise: NoiseFit
     motion: DriveMotion
     doubts: tuple[str, ...]
@@ -174,11 +174,11 @@ def calibrate(path: Path, robot: str | None, progress: Callable[[float], None] =
     return Calibration(findings, _beside(inputs.setup, fit.run), noise, motion, doubts, setup)
 
 
-def _beside(setup: Setup, run: EstimatorRun) -> tuple[Beside, ...]:
+def _beside(setup: Setup, run: EstimatorRun) -> tuple[UnkeptFigure, ...]:
     bias_mps2, sigma_mps2 = run.side_bias_mps2
     told = sigma_mps2 <= _KNOWN * setup.onboard.imu.accel_turn_on_bias_mps2
     again = "not kept: it is another one after each switch-on"
-    bias = Beside(
+    bias = UnkeptFigure(
         "accelerometer bias left",
         bias_mps2 if told else math.nan,
         sigma_mps2,
@@ -186,7 +186,7 @@ def _beside(setup: Setup, run: EstimatorRun) -> tuple[Beside, ...]:
         again if told else "this drive does not tell it from the slope: turn by at least 180°",
     )
     paint = "no sensor sees the paint: measure a painted line"
-    return (bias, Beside("nozzle offset", math.nan, math.nan, "m", f"no drive tells it: {paint}"))
+    return (bias, UnkeptFigure("nozzle offset", math.nan, math.nan, "m", f"no drive tells it: {paint}"))
 
 
 def _day(inputs: EstimatorInputs, path: Path) -> date:

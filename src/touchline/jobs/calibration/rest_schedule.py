@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-from touchline.services.planner.calibration_drive import Rest
+from touchline.services.planner.calibration_drive import PlannedRest
 
 _THERE_M: Final = 0.02
 """Distance to a rest within which a robot that stands has come to it."""
@@ -21,7 +21,7 @@ class RestSchedule:
         rests: Rests in their order.
     """
 
-    def __init__(self, rests: Sequence[Rest]) -> None:
+    def __init__(self, rests: Sequence[PlannedRest]) -> None:
         self._rests = list(rests)
         self._since_s = math.inf
 
