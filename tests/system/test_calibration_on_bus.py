@@ -23,7 +23,7 @@ def test_a_robot_rests_between_its_stretches_and_its_session_comes_out_the_same(
     with local_system({"tt2": setup}, options=options, join_as=topics.OBSERVER) as system:
         system.wait_until_ready(lambda text: None)
         with Bus.open(topics.OPERATOR, system.bus.config.of("tt2")) as bus:
-            job = JobOptions("", PlanOptions(), -1.0, path, vehicle=setup.vehicle)
+            job = JobOptions("", PlanOptions(), 20.0, path, vehicle=setup.vehicle)
             done = CalibrationRun(bus, job, Silent(), drive=drive).run()
     assert done["success"], done["reason"]
     orders = [

@@ -61,7 +61,7 @@ class DriveChoice:
     ] = None
     speed: Annotated[
         str | None,
-        typer.Option(metavar="FACTOR", help="Pace on the bus, × real time, or `max` (default: as fast as possible)."),
+        typer.Option(metavar="FACTOR", help="Pace of an emulated robot on the bus, × real time (default: 1)."),
     ] = None
 
     @property
@@ -103,7 +103,7 @@ class DriveChoice:
         check_recordable(self.recording)
         check_writable(self.plot)
         check_plot(self.plot)
-        speed_factor(self.speed or "max")
+        speed_factor(self.speed or "1")
 
     def refuse(self, problem: str, remedy: str) -> None:
         """Refuse these options.
@@ -216,7 +216,7 @@ def _driven_on_bus(config: "BusConfig", drive: DriveChoice) -> str:
         presence = bus.presence()
         bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest())
         vehicle = setup_of(bus).vehicle
-        options = JobOptions("", PlanOptions(), speed_factor(drive.speed or "max"), drive.recording, vehicle=vehicle)
+        options = JobOptions("", PlanOptions(), speed_factor(drive.speed or "1"), drive.recording, vehicle=vehicle)
         terminal = Terminal(advance, partial(watch_robot, presence, config.namespace))
         try:
             done = CalibrationRun(bus, options, terminal, drive=drive.planned(vehicle)).run()

@@ -65,8 +65,9 @@ class NoiseFit(NamedTuple):
 
 
 def noises_of(config: OnboardConfig) -> tuple[Noise, ...]:
-    """Return the noises that are tried, in sizes relative to those of a robot's files."""
+    """Return the noises that are tried, in sizes relative to those of a robot's files, and larger."""
     white_m, slip, told_walk = config.gnss.white_m, config.drive.slip_relative, config.drive.side_slip_m_rtm
+    told_m = math.hypot(config.gnss.gauss_markov_1_m, config.gnss.gauss_markov_2_m)
     return (
         Noise("fixes scatter", tuple({"gnss": {"white_m": white_m * by}} for by in (1.6, 2.5, 4.0, 8.0))),
         Noise(
@@ -75,6 +76,7 @@ def noises_of(config: OnboardConfig) -> tuple[Noise, ...]:
                 {"gnss": {"gauss_markov_1_m": sigma_m, "gauss_markov_1_tau_s": tau_s, "gauss_markov_2_m": 0.0}}
                 for sigma_m in (0.006, 0.012, 0.025, 0.05)
                 for tau_s in (2.0, 6.0, 20.0)
+                if sigma_m > told_m
             ),
         ),
         Noise(
