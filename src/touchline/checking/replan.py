@@ -28,7 +28,7 @@ def planned_again(job: GivenJob, vehicle: Vehicle) -> Trajectory | None:
         options, ground, search = job.cause.options, job.cause.ground, job.cause.search
         return plan_to_goal(job.cause.goal, vehicle, options, job.leaving, ground, search).trajectory
     if job.cause.calibration:
-        return plan_calibration(vehicle, job.cause.options.start, job.cause.ground).plan.trajectory
+        return plan_calibration(vehicle, job.cause.options.start.tolist(), job.cause.ground).plan.trajectory
     assert job.template is not None, "it is plannable"
     seen = tuple(Polygon(id=each.id, corners=each.corners) for each in job.cause.ground.obstacles)
     template = job.template.model_copy(update={"obstacles": (*job.template.obstacles, *seen)})

@@ -227,7 +227,8 @@ def _doubts(fit: Fit, noise: NoiseFit) -> list[str]:
     if not fit.converged:
         doubts.append("no constants fit the recording: the search for them does not end")
     correlation = fixes_whiteness(fit.run.white[moving_ticks(fit.run)], fit.run.fix_lag)
-    if correlation is not None and correlation.found:
+    # A filter that follows a burst overshoots after it: a negative correlation does not make σ too small.
+    if correlation is not None and correlation.found and correlation.correlation > 0.0:
         explained = f"; {noise.name} more than the files say" if noise.name else ""
         doubts.append(
             f"with the best constants the innovations of fixes still are correlated by {correlation.correlation:.2f}, "
