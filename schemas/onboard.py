@@ -4,6 +4,7 @@ The defaults are the shipped robot's. None of it decides what is true: that is t
 computer sees nothing but what its sensors say.
 """
 
+from datetime import date
 from typing import Annotated, Literal, Self
 
 from pydantic import (
@@ -241,6 +242,41 @@ class TeamLimits(Spec):
         return self
 
 
+class Calibrated(Spec):
+    """Calibration that a constant's value and σ are from."""
+
+    day: date
+    """Day of the drive, as 2026-11-29."""
+    log: Annotated[str, Field(max_length=255)] = ""
+    """Name of its recording."""
+    age_days: Annotated[float, Field(ge=0, le=100_000)] = 0.0
+    """Days since then, with which σ grows; filled in when the file is read."""
+
+
+class Calibrations(Spec):
+    """Calibrations of the robot's constants, by the drive; null: as by tape measure and data sheet."""
+
+    gyro_scale: Calibrated | None = None
+    """Of `imu.gyro_scale_relative` and `imu.gyro_scale_sigma`."""
+    antenna: Calibrated | None = None
+    """Of the vehicle's `body.gnss_antenna_x_m` and `gnss_antenna_y_m`, and `gnss.antenna_sigma_m`."""
+    stamp_offset: Calibrated | None = None
+    """Of `gnss.stamp_offset_s` and `gnss.stamp_offset_sigma_s`."""
+    track_width: Calibrated | None = None
+    """Of the vehicle's `drive.track_width_m`."""
+    side_slip: Calibrated | None = None
+    """Of the vehicle's `drive.side_slip_rad_per_mps2`."""
+
+    def on(self, day: date) -> Self:
+        """These with their age on a day; none is younger than 0."""
+        known = {name: value for name, value in self if value is not None}
+        aged = {
+            name: value.model_copy(update={"age_days": max(float((day - value.day).days), 0.0)})
+            for name, value in known.items()
+        }
+        return self.model_copy(update=aged)
+
+
 class OnboardConfig(GrownSpec):
     """The robot's own computer: what follows the path, what it is told of its sensors, when it stops by itself."""
 
@@ -257,7 +293,12 @@ class OnboardConfig(GrownSpec):
     tracking: TrackingGains = TrackingGains()
     team: TeamLimits = TeamLimits()
     move_off: MoveOffLimits = MoveOffLimits()
+    calibrated: Calibrations = Calibrations()
     link_timeout_s: Seconds = 2.0
     """Wall clock without operator and planner after which the robot stops."""
 
-    later_fields = ("camera", "odometry", "lane_pursuit", "tracking", "team", "move_off")
+    later_fields = ("camera", "odometry", "lane_pursuit", "tracking", "team", "move_off", "calibrated")
+
+    def on(self, day: date) -> Self:
+        """This configuration with the age of its calibrations on a day."""
+        return self.model_copy(update={"calibrated": self.calibrated.on(day)})

@@ -32,7 +32,7 @@ class PlanCause(GrownSpec):
 
     A plan to a goal without a start in the options leaves another drive, at ``leaves``. The known ground of a
     template's plan is what its robot had seen besides the template's own outlines. With ``remaining`` pieces these are
-    what is to be covered of the template's areas.
+    what is to be covered of the template's areas. A calibration drive has its start in the options.
     """
 
     options: PlanOptions = PlanOptions()
@@ -42,8 +42,9 @@ class PlanCause(GrownSpec):
     remaining: tuple[GroundPiece, ...] = ()
     search: WaySearch = WaySearch()
     leaves: LeftDrive | None = None
+    calibration: bool = False
 
-    later_fields = ("ground", "remaining", "search", "leaves")
+    later_fields = ("ground", "remaining", "search", "leaves", "calibration")
 
     @classmethod
     def of(cls, options: PlanOptions, report: PlanReport) -> Self:

@@ -24,7 +24,7 @@ from touchline.schemas.docks import DockSpec
 from touchline.schemas.faults import fault_models
 from touchline.schemas.fields import FIELDS, Parameter
 from touchline.schemas.fleet import FleetRobot
-from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.onboard import Calibrated, OnboardConfig
 from touchline.schemas.overhead_cameras import Hiding, OverheadCamera
 from touchline.schemas.remedies import unit_of
 from touchline.schemas.roles import Role
@@ -167,7 +167,8 @@ def words_of(annotation: Any) -> Iterator[str]:
 
 def onboard() -> str:
     """Lay out the configuration of the robot's computer."""
-    return f"{fields(OnboardConfig)}\n\n{groups(dict(sub_models(OnboardConfig)))}"
+    parts = dict(sub_models(OnboardConfig)) | {"calibrated.gyro_scale and others": Calibrated}
+    return f"{fields(OnboardConfig)}\n\n{groups(parts)}"
 
 
 def scenario() -> str:

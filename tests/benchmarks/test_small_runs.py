@@ -35,6 +35,7 @@ LONG = frozenset(
         *(
             "accuracy",
             "calibration",
+            "calibration_drive",
             "clear_away",
             "estimator",
             "fleet_recorded",

@@ -61,6 +61,8 @@ class GivenJob(NamedTuple):
     @property
     def is_plannable(self) -> bool:
         """True if all inputs of the plan are recorded."""
+        if self.cause is not None and self.cause.calibration:
+            return True
         if self.cause is None or self.cause.goal is None:
             return self.cause is not None and self.template is not None
         return self.leaving is not None or len(self.cause.options.start) > 0

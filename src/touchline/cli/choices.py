@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
@@ -218,7 +219,7 @@ class SetupChoice:
             vehicle=VehicleChoice(self.vehicle).chosen(),
             onboard=_changed(
                 with_its_own(str(self.vehicle), _read(OnboardConfig, self.onboard)), follower=self.follower
-            ),
+            ).on(_today()),
             scenario=_changed(
                 on_its_ground(str(self.vehicle), _read(Scenario, self.scenario)), seed=self.seed, noise=self.noise
             ),
@@ -252,12 +253,21 @@ class SetupChoice:
         """
         if fleet is not None:
             self.refuse_with("--robots", f"set it for each robot in {fleet.name}")
-            return Fleet.read(fleet).setups()
+            setups = Fleet.read(fleet).setups()
+            return {name: _of_today(setup) for name, setup in setups.items()}
         setup = self.chosen()
         return {name: setup.with_seed(setup.scenario.seed + number) for number, name in enumerate(namespaces)}
 
 
 S = TypeVar("S", bound=Spec)
+
+
+def _today() -> date:
+    return datetime.now(UTC).date()
+
+
+def _of_today(setup: Setup) -> Setup:
+    return setup.model_copy(update={"onboard": setup.onboard.on(_today())})
 
 
 def _read(kind: type[S], path: Path | None) -> S:

@@ -163,14 +163,14 @@ def run_on_bus(
         presence = bus.presence()
         # Do not wait for a robot that does not answer: the error names those that are there.
         bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest())
-        setup = _setup_of(bus)
+        setup = setup_of(bus)
         cause = scenario_hash(setup, template, options)
         job_options = JobOptions(template.to_json(), options, speed, output.record, cause, setup.vehicle)
         job = _job(template, bus, job_options, Terminal(advance, partial(watch_robot, presence, config.namespace)))
         return setup, _do(job, begun, output.plot)
 
 
-def _setup_of(bus: Bus) -> Setup:
+def setup_of(bus: Bus) -> Setup:
     """Return the robot's setup, a latched topic.
 
     Raises:

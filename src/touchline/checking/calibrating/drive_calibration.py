@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from touchline.checking.calibrating.constants_fit import Fit, fit_constants
-from touchline.checking.calibrating.drive_motion import DriveMotion, motion_of
+from touchline.checking.calibrating.drive_motion import DriveMotion, motion_of, moving_ticks
 from touchline.checking.calibrating.noises import NoiseFit, best_noise, with_changes
 from touchline.checking.calibrating.robot_constants import (
     GYRO_SCALE,
@@ -18,10 +19,13 @@ from touchline.checking.calibrating.robot_constants import (
     Constant,
     changed,
     constants_of,
+    recorded,
     with_sigmas,
 )
 from touchline.checking.estimating.estimator_inputs import EstimatorInputs
+from touchline.checking.estimating.estimator_run import EstimatorRun
 from touchline.checking.estimating.innovation_tests import fixes_whiteness
+from touchline.schemas.onboard import Calibrated
 from touchline.schemas.setup import Setup
 
 _KNOWN: Final = 0.5
@@ -57,11 +61,30 @@ class ConstantFinding(NamedTuple):
     against: str
 
 
+class UnkeptFigure(NamedTuple):
+    """Figure of the robot that no file keeps.
+
+    Attributes:
+        name: Name for people.
+        value: Value; NaN if the recording does not tell it.
+        sigma: Its standard deviation.
+        unit: Unit of both.
+        remark: Why it is not kept, or not told.
+    """
+
+    name: str
+    value: float
+    sigma: float
+    unit: str
+    remark: str
+
+
 class Calibration(NamedTuple):
     """Result of a calibration.
 
     Attributes:
         findings: What the recording tells of each constant.
+        beside: Figures that no file keeps.
         noise: Noise that explains it best.
         motion: Motion of the robot.
         doubts: What speaks against all of it.
@@ -69,6 +92,7 @@ class Calibration(NamedTuple):
     """
 
     findings: tuple[ConstantFinding, ...]
+    beside: tuple[UnkeptFigure, ...]
     noise: NoiseFit
     motion: DriveMotion
     doubts: tuple[str, ...]
@@ -93,6 +117,16 @@ class Calibration(NamedTuple):
                     "against": finding.against,
                 }
                 for finding in self.findings
+            ],
+            "beside": [
+                {
+                    "name": each.name,
+                    "unit": each.unit,
+                    "found": each.value if math.isfinite(each.value) else None,
+                    "sigma": each.sigma if math.isfinite(each.value) else None,
+                    "remark": each.remark,
+                }
+                for each in self.beside
             ],
             "noise": {
                 "larger_than_told": self.noise.name or None,
@@ -135,7 +169,31 @@ def calibrate(path: Path, robot: str | None, progress: Callable[[float], None] =
     believed = [each for each in findings if not each.against and not doubts]
     setup = changed(inputs.setup, {each.constant: each.change for each in believed})
     sigmas = {each.constant: each.sigma for each in believed}
-    return Calibration(findings, noise, motion, doubts, with_sigmas(setup, sigmas))
+    by = Calibrated(day=_day(inputs, path), log=path.name)
+    setup = recorded(with_sigmas(setup, sigmas), sigmas, by)
+    return Calibration(findings, _beside(inputs.setup, fit.run), noise, motion, doubts, setup)
+
+
+def _beside(setup: Setup, run: EstimatorRun) -> tuple[UnkeptFigure, ...]:
+    bias_mps2, sigma_mps2 = run.side_bias_mps2
+    told = sigma_mps2 <= _KNOWN * setup.onboard.imu.accel_turn_on_bias_mps2
+    again = "not kept: it is another one after each switch-on"
+    bias = UnkeptFigure(
+        "accelerometer bias left",
+        bias_mps2 if told else math.nan,
+        sigma_mps2,
+        "m/s²",
+        again if told else "this drive does not tell it from the slope: turn by at least 180°",
+    )
+    paint = "no sensor sees the paint: measure a painted line"
+    return (bias, UnkeptFigure("nozzle offset", math.nan, math.nan, "m", f"no drive tells it: {paint}"))
+
+
+def _day(inputs: EstimatorInputs, path: Path) -> date:
+    """Return the day of a recording: as it says, or that of its file."""
+    if inputs.begun is not None:
+        return datetime.fromisoformat(inputs.begun).date()
+    return datetime.fromtimestamp(path.stat().st_mtime, UTC).date()
 
 
 def _findings(
@@ -168,8 +226,9 @@ def _doubts(fit: Fit, noise: NoiseFit) -> list[str]:
     doubts = []
     if not fit.converged:
         doubts.append("no constants fit the recording: the search for them does not end")
-    correlation = fixes_whiteness(fit.run.white, fit.run.fix_lag)
-    if correlation is not None and correlation.found:
+    correlation = fixes_whiteness(fit.run.white[moving_ticks(fit.run)], fit.run.fix_lag)
+    # A filter that follows a burst overshoots after it: a negative correlation does not make σ too small.
+    if correlation is not None and correlation.found and correlation.correlation > 0.0:
         explained = f"; {noise.name} more than the files say" if noise.name else ""
         doubts.append(
             f"with the best constants the innovations of fixes still are correlated by {correlation.correlation:.2f}, "

@@ -6,8 +6,10 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from touchline.checking.estimating.estimator_run import EstimatorRun
+from touchline.onboard.estimation.consistency_monitor import MOVING_MPS
 from touchline.onboard.interface import TICKS_PER_S
 
 _MOVING_MPS: Final = 0.1
@@ -48,6 +50,16 @@ class DriveMotion(NamedTuple):
         """Return what is missing to tell a delay from an arm; empty if nothing is."""
         slow, fast = self.speeds_mps
         return "" if fast - slow >= _SPREAD_MPS else "change the speed by 0.3 m/s or more, best drive backwards"
+
+
+def moving_ticks(run: EstimatorRun) -> NDArray[np.bool_]:
+    """Return (ticks + 1,) whether the robot of a run moved, by what it had driven over the last tenth of a second.
+
+    Fixes of standing receivers wander, and scatter less than their data sheets say.
+    """
+    moved_m = np.full(len(run.poses), np.nan)
+    moved_m[_EVERY_TICKS:] = np.hypot(*(run.poses[_EVERY_TICKS:, :2] - run.poses[:-_EVERY_TICKS, :2]).T)
+    return np.asarray(moved_m > MOVING_MPS * _EVERY_TICKS / TICKS_PER_S)
 
 
 def motion_of(run: EstimatorRun) -> DriveMotion:

@@ -12,7 +12,9 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from touchline.checking.calibrating.drive_motion import moving_ticks
 from touchline.checking.estimating.estimator_inputs import EstimatorInputs
 from touchline.checking.estimating.estimator_run import EstimatorRun, rerun
 from touchline.onboard.estimation.frame_series import FrameSeries
@@ -63,8 +65,9 @@ class NoiseFit(NamedTuple):
 
 
 def noises_of(config: OnboardConfig) -> tuple[Noise, ...]:
-    """Return the noises that are tried, in sizes relative to those of a robot's files."""
+    """Return the noises that are tried, in sizes relative to those of a robot's files, and larger."""
     white_m, slip, told_walk = config.gnss.white_m, config.drive.slip_relative, config.drive.side_slip_m_rtm
+    told_m = math.hypot(config.gnss.gauss_markov_1_m, config.gnss.gauss_markov_2_m)
     return (
         Noise("fixes scatter", tuple({"gnss": {"white_m": white_m * by}} for by in (1.6, 2.5, 4.0, 8.0))),
         Noise(
@@ -73,6 +76,7 @@ def noises_of(config: OnboardConfig) -> tuple[Noise, ...]:
                 {"gnss": {"gauss_markov_1_m": sigma_m, "gauss_markov_1_tau_s": tau_s, "gauss_markov_2_m": 0.0}}
                 for sigma_m in (0.006, 0.012, 0.025, 0.05)
                 for tau_s in (2.0, 6.0, 20.0)
+                if sigma_m > told_m
             ),
         ),
         Noise(
@@ -89,9 +93,14 @@ def with_changes(config: OnboardConfig, changes: Changes) -> OnboardConfig:
     return config.model_copy(update=groups)
 
 
-def log_likelihood(run: EstimatorRun) -> float:
-    """Return the log-likelihood of a run's fixes, up to a constant: bivariate t about the filter's prediction."""
-    white = run.white[np.isfinite(run.white).all(axis=1)]
+def log_likelihood(run: EstimatorRun, counted: NDArray[np.bool_]) -> float:
+    """Return the log-likelihood of a run's fixes, up to a constant: bivariate t about the filter's prediction.
+
+    Args:
+        run: The run.
+        counted: (ticks + 1,) whether a tick's fix counts; the same for runs that are compared.
+    """
+    white = run.white[counted & np.isfinite(run.white).all(axis=1)]
     nis = (white[:, :2] ** 2).sum(axis=1)
     return float(-0.5 * (white[:, 2] + (FIX_DOF + 2.0) * np.log1p(nis / (FIX_DOF - 2.0))).sum())
 
@@ -110,10 +119,11 @@ def best_noise(inputs: EstimatorInputs, setup: Setup, frames: FrameSeries) -> No
         return rerun(inputs, noisy, frames, forgiving=True)
 
     run = run_with({})
-    base, count = log_likelihood(run), len(run.fixes)
+    moving = moving_ticks(run)
+    base, count = log_likelihood(run, moving), len(run.fixes)
     found: list[tuple[float, str, Changes]] = [(0.0, "", {})]
     for noise in noises_of(setup.onboard):
-        scored = [(log_likelihood(run_with(size)), size) for size in noise.sizes]
+        scored = [(log_likelihood(run_with(size), moving), size) for size in noise.sizes]
         best, size = max(scored, key=lambda each: each[0])
         penalty = len(next(iter(size.values()))) * math.log(max(count, 2)) + 2.0 * math.log(len(noise.sizes))
         found.append((2.0 * (best - base) - penalty, noise.name, size))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
 from typing import Any, Final, NamedTuple, TypeVar, cast
 
 from touchline.onboard.estimation.learned_constants import FLOORS, NAMES
+from touchline.schemas.onboard import Calibrated
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec
 
@@ -20,6 +21,7 @@ class Constant(NamedTuple):
         name: Name for people.
         path: Fields that lead to it in the setup.
         sigma_path: Fields that lead to its standard deviation in the setup; empty if the estimator does not learn it.
+        record: Field of its calibration in `onboard.calibrated`.
         unit: Its unit, and that of all following.
         start_sigma: Standard deviation of what the files say, before a drive.
         floor: Smallest standard deviation that is claimed: slip that the filter does not model looks like this much.
@@ -31,6 +33,7 @@ class Constant(NamedTuple):
     name: str
     path: tuple[str, ...]
     sigma_path: tuple[str, ...]
+    record: str
     unit: str
     start_sigma: float
     floor: float
@@ -52,6 +55,7 @@ GYRO_SCALE: Final = Constant(
     name=NAMES[0],
     path=("onboard", "imu", "gyro_scale_relative"),
     sigma_path=("onboard", "imu", "gyro_scale_sigma"),
+    record="gyro_scale",
     unit="",
     start_sigma=0.01,
     floor=FLOORS[0],
@@ -63,6 +67,7 @@ ANTENNA_X: Final = Constant(
     name=NAMES[1],
     path=("vehicle", "body", "gnss_antenna_x_m"),
     sigma_path=("onboard", "gnss", "antenna_sigma_m"),
+    record="antenna",
     unit="m",
     start_sigma=0.02,
     floor=FLOORS[1],
@@ -75,6 +80,7 @@ STAMP_OFFSET: Final = Constant(
     name=NAMES[3],
     path=("onboard", "gnss", "stamp_offset_s"),
     sigma_path=("onboard", "gnss", "stamp_offset_sigma_s"),
+    record="stamp_offset",
     unit="s",
     start_sigma=0.02,
     floor=FLOORS[3],
@@ -86,6 +92,7 @@ TRACK: Final = Constant(
     name="track width",
     path=("vehicle", "drive", "track_width_m"),
     sigma_path=(),
+    record="track_width",
     unit="m",
     start_sigma=0.005,
     floor=0.001,
@@ -97,6 +104,7 @@ SIDE_SLIP: Final = Constant(
     name="side slip",
     path=("vehicle", "drive", "side_slip_rad_per_mps2"),
     sigma_path=(),
+    record="side_slip",
     unit="rad s²/m",
     start_sigma=0.005,
     floor=0.001,
@@ -130,10 +138,17 @@ def with_sigmas(setup: Setup, sigmas: Mapping[Constant, float]) -> Setup:
     return setup
 
 
+def recorded(setup: Setup, constants: Iterable[Constant], by: Calibrated) -> Setup:
+    """Return a setup that says by which calibration constants are known."""
+    for constant in constants:
+        setup = _put(setup, ("onboard", "calibrated", constant.record), by)
+    return setup
+
+
 def _has(spec: Any, path: Sequence[str]) -> bool:
     return not path or (hasattr(spec, path[0]) and _has(getattr(spec, path[0]), path[1:]))
 
 
-def _put(spec: _S, path: Sequence[str], value: float) -> _S:
+def _put(spec: _S, path: Sequence[str], value: float | Calibrated) -> _S:
     name, *rest = path
     return spec.model_copy(update={name: _put(getattr(spec, name), rest, value) if rest else value})

@@ -18,6 +18,7 @@ from touchline.recordings.former_types import presented
 from touchline.recordings.message_table import MessageTable
 from touchline.recordings.reader import RecordingReader
 from touchline.recordings.recorded import Recorded
+from touchline.recordings.wall_times import BEGUN, noted_wall_time
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import PayloadError, SpecError
@@ -43,6 +44,7 @@ class EstimatorInputs:
         last_tick: Last tick with a sensor's message.
         orders: Names and details of the orders that the robot was given, by tick.
         remarks: What could not be read.
+        begun: Wall time at which the recording was begun; None if it is not noted.
 
     Raises:
         RecordingError: The recording cannot be read.
@@ -70,6 +72,7 @@ class EstimatorInputs:
                 self._references[topic.name].append(message)
             elif topic == topics.ORDERS:
                 self._take_order(message)
+        self.begun = noted_wall_time(reader.summary.metadata, BEGUN)
         if reader.summary.problem:
             self.remarks.append(f"as far as the recording goes: {reader.summary.problem}")
         robots = robots_among(reader.summary.topics)

@@ -71,6 +71,7 @@ class EstimatorRun:
         consistency: Consistency of the estimator at the end.
         fix_lag: Number of fixes between innovations that are independent if all is right.
         constants: Constants of the robot as it has learned them, at the end.
+        side_bias_mps2: Bias of the accelerometer's left axis as it has learned it, at the end, and its σ.
         wheel_readings: Number of readings of the wheels that it has tested.
         problem: Why it could not be run; empty if it was.
         remarks: Further remarks.
@@ -97,6 +98,7 @@ class EstimatorRun:
     consistency: Consistency = field(default_factory=Consistency)
     fix_lag: int = 1
     constants: tuple[LearnedConstant, ...] = ()
+    side_bias_mps2: tuple[float, float] = (0.0, math.inf)
     wheel_readings: int = 0
     problem: str = ""
     remarks: list[str] = field(default_factory=list)
@@ -209,6 +211,8 @@ class _Runner:
         if self.estimator.started:
             sigmas = self.estimator.position_sigma_m, self.estimator.heading_sigma_rad
             run.constants, run.fix_lag = self.estimator.constants, self.estimator.fix_lag
+            learned = self.estimator.ring.learned
+            run.side_bias_mps2 = float(learned.side_bias_mps2), math.sqrt(learned.bias_var)
             counters = self.estimator.counters
             run.wheel_readings = counters.encoders
             run.strays, run.stray_most_m = counters.strays, counters.stray_most_m

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from touchline.bus import Bus, CallError, Inbox
 from touchline.bus.counters import Counters
@@ -79,6 +79,7 @@ class JobOptions:
 class BusRun:
     """A job in progress on ``bus``, reported to ``watcher``."""
 
+    doing: ClassVar[str] = "Painting"
     bus: Bus
     options: JobOptions
     watcher: Watcher
@@ -145,6 +146,10 @@ class BusRun:
             self.watcher.event(Event.WARN, f"planner: the plan leaves out {stretch.words}")
         return response
 
+    def _cause(self, plan: PlanResponse) -> PlanCause:
+        """Return the inputs of the plan."""
+        return PlanCause.of(self.options.plan, plan.report)
+
     def _start_recording(self) -> Path | None:
         if self.options.record is None:
             return None
@@ -155,12 +160,12 @@ class BusRun:
         return self.options.record
 
     def _load_and_start(self, plan: PlanResponse, latest: Inbox) -> None:
-        self.watcher.stage("Painting")
+        self.watcher.stage(self.doing)
         load = LoadRequest(
             request_id=_new_id(),
             trajectory=plan.trajectory,
             template_json=self.options.template_json,
-            cause_json=PlanCause.of(self.options.plan, plan.report).model_dump_json(),
+            cause_json=self._cause(plan).model_dump_json(),
         )
         loaded = self._ask(topics.LOAD, load)
         if not loaded.success:
@@ -175,10 +180,17 @@ class BusRun:
         paced = self._ask(topics.SET_SPEED, speed)
         if not paced.success:
             raise JobFailed(paced.message)
+        self._before_start()
         started = self._ask(topics.START, CommandRequest(request_id=_new_id()))
         if not started.success:
             raise JobFailed(f"the robot refused to start: {started.message}")
         self.started_at = time.monotonic()
+
+    def _before_start(self) -> None:
+        """Prepare a robot that is ready to start."""
+
+    def _each_turn(self) -> None:
+        """Attend to a robot under way, about a hundred times a second."""
 
     def _hear(self, message: Message) -> None:
         """Take a message of the robot's."""
@@ -204,6 +216,7 @@ class BusRun:
                 self._hear(message)
             if self._over:
                 return next(_statuses(latest), status)
+            self._each_turn()
             status = next(_statuses(latest), status)
             pause = next((message for _, message in pauses.messages() if isinstance(message, PauseStatus)), pause)
             if status.arc_length_m != moved_to:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from touchline.core.jit import kernel
 from touchline.onboard.filter_model import CONSTANTS, VARYING, FilterCounters, FilterFigures
+from touchline.schemas.onboard import Calibrated, GnssSheet, ImuSheet
 
 Floats = NDArray[np.float64]
 
@@ -21,6 +22,16 @@ FLOORS: Final = (2e-4, 0.002, 0.002, 0.002)
 """Smallest σ that is claimed, in SI units: slip that the estimator does not model looks like that much."""
 _LEAST: Final = (8e-4, 0.004, 0.004, 0.005)
 """Smallest difference from the files that is reported."""
+_GROWTH: Final = (5e-4, 0.002, 0.002, 0.002)
+"""σ by which they have changed a month after their calibration [assumed]: temperature, load, a mast that is touched."""
+_MONTH_DAYS: Final = 30.0
+_UNCALIBRATED: Final = (
+    ImuSheet().gyro_scale_sigma,
+    GnssSheet().antenna_sigma_m,
+    GnssSheet().antenna_sigma_m,
+    GnssSheet().stamp_offset_sigma_s,
+)
+"""σ up to which they grow."""
 _CERTAIN: Final = 5.0
 """σ from which a difference is reported."""
 _TOLD: Final = 0.5
@@ -47,6 +58,20 @@ class LearnedConstant(NamedTuple):
     def __str__(self) -> str:
         """Return the sentence about a difference."""
         return f"{self.name} differs from the robot's files by {self.difference:+.2g} ± {self.sigma:.1g} {self.unit}"
+
+
+def start_variance(index: int, sigma: float, calibrated: Calibrated | None) -> float:
+    """Return the variance of a constant at the start: it grows with the time since its calibration.
+
+    Args:
+        index: Its number, in the order of the states.
+        sigma: σ in the configuration; 0 stays, the constant is not to be estimated.
+        calibrated: Calibration that it is from; None: there was none.
+    """
+    if calibrated is None or sigma == 0.0:
+        return sigma**2
+    grown = sigma**2 + _GROWTH[index] ** 2 * calibrated.age_days / _MONTH_DAYS
+    return max(sigma**2, min(grown, _UNCALIBRATED[index] ** 2))
 
 
 def learned_constants(state: Floats, covariance: Floats, figures: FilterFigures) -> tuple[LearnedConstant, ...]:

@@ -17,6 +17,7 @@ from touchline.onboard.computer_state import FilterState, ReceivedFix
 from touchline.onboard.estimation.adaptation import add_stray
 from touchline.onboard.estimation.consistency_monitor import note_innovation
 from touchline.onboard.estimation.gauss_markov import position_error
+from touchline.onboard.estimation.learned_constants import start_variance
 from touchline.onboard.estimation.tail import (
     BURST_SHARE,
     bounded,
@@ -87,7 +88,10 @@ def gnss_figures(c: FilterFigures, vehicle: Vehicle, config: OnboardConfig) -> N
         left = math.exp(-1.0 / (gnss.rate_hz * _BURST_TAU * error.tau_s))
         c.fix_news = (1.0 - left) / (1.0 + left)
     c.stamp_offset_s = gnss.stamp_offset_s
-    c.constant_var[1:] = gnss.antenna_sigma_m**2, gnss.antenna_sigma_m**2, gnss.stamp_offset_sigma_s**2
+    known = config.calibrated
+    c.constant_var[1] = start_variance(1, gnss.antenna_sigma_m, known.antenna)
+    c.constant_var[2] = start_variance(2, gnss.antenna_sigma_m, known.antenna)
+    c.constant_var[3] = start_variance(3, gnss.stamp_offset_sigma_s, known.stamp_offset)
     c.q_constant[1:] = (_CONSTANT_WALK_RTS**2 * TICK_S,) * 3
     c.r_gnss, c.fix_dof = max(gnss.white_m, POSITION_FLOOR_M) ** 2, FIX_DOF
 

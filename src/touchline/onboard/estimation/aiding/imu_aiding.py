@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from touchline.core.jit import borrowing, kernel
 from touchline.onboard.computer_state import ComputerState
+from touchline.onboard.estimation.learned_constants import start_variance
 from touchline.onboard.estimation.standing import settle_dispute
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
 from touchline.onboard.estimation.updates import apply
@@ -68,7 +69,7 @@ def imu_figures(c: FilterFigures, config: OnboardConfig) -> None:
     c.q_side_bias = c.q_accel_bias
     c.r_side = imu.accel_density_mps2_rthz**2 / TICK_S + _SIDE_FLOOR_MPS2**2
     c.gyro_scale = 1.0 + imu.gyro_scale_relative
-    c.constant_var[0] = imu.gyro_scale_sigma**2
+    c.constant_var[0] = start_variance(0, imu.gyro_scale_sigma, config.calibrated.gyro_scale)
     c.q_constant[0] = _SCALE_WALK_RTS**2 * TICK_S
     c.r_gyro = imu.gyro_density_radps_rthz**2 / TICK_S + _GYRO_FLOOR_RADPS**2
 

@@ -1,0 +1,1 @@
+"""Calibration drives: in one process, and over the bus."""
