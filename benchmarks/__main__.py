@@ -16,6 +16,7 @@ LONG = frozenset(
         "fleet_recorded",
         "goals",
         "mismatch",
+        "names",
         "pitch",
         "protection",
         "random_fields",

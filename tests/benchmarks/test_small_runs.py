@@ -43,6 +43,7 @@ LONG = frozenset(
             "joints",
             "kills",
             "lidar",
+            "names",
             "poses",
         ),
         *("protection", "random_fields", "region_processes", "routes", "shared", "simulate", "soak", "steering"),

@@ -11,11 +11,12 @@ from tests.command import app
 from touchline.checking.calibrating import robot_constants as c
 from touchline.checking.calibrating.constants_fit import fit_constants
 from touchline.checking.calibrating.drive_calibration import calibrate
-from touchline.checking.calibrating.noises import best_noise
+from touchline.checking.calibrating.noises import NoiseFit, best_noise
 from touchline.checking.estimating.estimate_figures import error_figures, verdict
 from touchline.checking.estimating.estimator_inputs import EstimatorInputs
 from touchline.checking.estimating.estimator_run import rerun
 from touchline.checking.estimating.reference_frame import FrameFit
+from touchline.checking.estimating.revisits import Revisits
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import SpecError
 from touchline.schemas.onboard import OnboardConfig
@@ -67,6 +68,15 @@ def test_what_a_drive_does_not_tell_has_no_number():
     assert by_name["antenna forward"]["found"] == pytest.approx(0.0, abs=0.004)
     assert found.believed
     assert found.noise.name == ""
+    assert (found.causes, found.not_told) == ((), "")
+    wanders = found._replace(noise=NoiseFit("fixes wander", {}, 90.0, ("fixes scatter", 20.0)))
+    assert wanders.causes == ("fixes wander",)
+    assert "cannot be told by one pass" in wanders.not_told
+    assert wanders._replace(passes=Revisits(400, 0.1, (0.0, 0.0), 0.0)).not_told == ""
+    unsure = wanders._replace(noise=wanders.noise._replace(runner_up=("fixes scatter", 85.0)))
+    assert unsure.causes == ()
+    bent = found._replace(passes=Revisits(400, 0.3, (3.0, 6.0), 0.02))
+    assert bent.causes == ("the fixes are bent",)
     assert found.setup.onboard.imu.gyro_scale_relative == 0.0
 
 

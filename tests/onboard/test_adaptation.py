@@ -17,7 +17,7 @@ def due_after(white):
     """Return True if a blind run was ever due in (n, 2) innovations of a moving robot."""
     counters, due = FilterCounters(), False
     for counters.fix_white_0, counters.fix_white_1 in white.tolist():
-        note_innovation(counters.array[0], 1.0, True)
+        note_innovation(counters.array[0], 0.0, 1.0, True)
         due = due or counters.inconsistent
     return due
 

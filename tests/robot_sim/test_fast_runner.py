@@ -16,6 +16,7 @@ from touchline.schemas.messages import Event, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.template import Template
+from touchline.schemas.truth import Truth
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
@@ -115,15 +116,16 @@ def test_the_loop_is_the_ticks(follower, listen_from):
 
 
 @pytest.mark.parametrize(
-    ("sheets", "said"),
+    ("truth", "sheets", "said"),
     [
-        ({}, ""),
-        ({"gnss": {"stamp_offset_s": 0.05}}, "stamp offset differs from the robot's files by -"),
+        ({}, {}, ""),
+        ({}, {"gnss": {"stamp_offset_s": 0.05}}, "stamp offset differs from the robot's files by -"),
+        ({"wander_rad": 0.02}, {}, ""),
     ],
-    ids=["right", "stamps"],
+    ids=["right", "stamps", "wander"],
 )
-def test_a_robot_tells_what_its_files_are_wrong_about(sheets, said):
-    payloads, *_ = assert_same(Scenario(seed=4), 300, follower="pure-pursuit", **sheets)
+def test_a_robot_tells_what_its_files_are_wrong_about(truth, sheets, said):
+    payloads, *_ = assert_same(Scenario(seed=4, truth=Truth(**truth)), 300, follower="pure-pursuit", **sheets)
     events = [decode(Event, payload) for topic, payload in payloads if topic is topics.EVENTS]
     texts = [event.text for event in events if event.code == "files-differ"]
     assert len(texts) == bool(said)

@@ -243,5 +243,5 @@ def _print(file: Path, found: "Calibration") -> None:
             f"{group}.{name}": value for group, values in noise.changes.items() for name, value in values.items()
         }
         print_figures(f"{noise.name} more than the files say{certain}", changes)
-    for line in found.doubts:
+    for line in filter(None, (*found.doubts, found.not_told)):
         print_event(Event.WARN, line)

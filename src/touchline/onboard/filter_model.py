@@ -333,6 +333,15 @@ class FilterCounters(Record):
     """Mean square of them, both axes together."""
     inconsistent: bool
     """True if those innovations are correlated, so that the claimed covariance is not to be believed."""
+    fix_aside: float
+    """Mean square of the sum of the last `FIX_LAG` innovations across the heading, over their number."""
+    fix_along: float
+    """The same along the heading."""
+    fix_unrest: float
+    """Largest of those so far over what right files leave; 0 until it is known.
+
+    Above 1 the robot or the receiver is not as the noise figures say: constants are less certain than they seem.
+    """
     fix_log_det: float = math.nan
     """ln det S of that fix's innovation, S in m²."""
     differing: int

@@ -12,7 +12,7 @@ import numpy as np
 
 from touchline.checking.calibrating.constants_fit import Fit, fit_constants
 from touchline.checking.calibrating.drive_motion import DriveMotion, motion_of, moving_ticks
-from touchline.checking.calibrating.noises import NoiseFit, best_noise, with_changes
+from touchline.checking.calibrating.noises import FIXES_WANDER, ROBOT_WANDERS, NoiseFit, best_noise, with_changes
 from touchline.checking.calibrating.robot_constants import (
     GYRO_SCALE,
     STAMP_OFFSET,
@@ -25,6 +25,8 @@ from touchline.checking.calibrating.robot_constants import (
 from touchline.checking.estimating.estimator_inputs import EstimatorInputs
 from touchline.checking.estimating.estimator_run import EstimatorRun
 from touchline.checking.estimating.innovation_tests import fixes_whiteness
+from touchline.checking.estimating.revisits import Revisits, revisits
+from touchline.onboard.estimation.learned_constants import SLIPPING
 from touchline.schemas.onboard import Calibrated
 from touchline.schemas.setup import Setup
 
@@ -36,11 +38,15 @@ _AGREE: Final = 3.0
 """σ within which both halves of a recording agree."""
 _BELIEVED: Final = 5.0
 """σ at the start within which a change is believed."""
+_DIFFERS: Final = 3.0
+"""σ, floors included, from which a constant differs from the file for certain."""
 _ROUGHLY: Final = 3.0
 """Factor on σ if a noise beyond the files' is in the recording, which the filter models only roughly. Without it gyro
 scales found in emulated drives with a wandering crab angle err by up to 5 σ."""
-_REJECTED: Final = 0.01
-"""Largest share of rejected wheel readings: wheels that slip look like an arm and a delay."""
+
+
+_ONE_PASS: Final = frozenset((FIXES_WANDER, ROBOT_WANDERS))
+"""Noises that one pass cannot tell from fixes that are bent at a place."""
 
 
 class ConstantFinding(NamedTuple):
@@ -59,6 +65,11 @@ class ConstantFinding(NamedTuple):
     change: float
     sigma: float
     against: str
+
+    @property
+    def differs(self) -> bool:
+        """True if it differs from the file for certain."""
+        return not self.against and abs(self.change) > _DIFFERS * self.sigma
 
 
 class UnkeptFigure(NamedTuple):
@@ -86,6 +97,7 @@ class Calibration(NamedTuple):
         findings: What the recording tells of each constant.
         beside: Figures that no file keeps.
         noise: Noise that explains it best.
+        passes: Comparison of passes over the same places.
         motion: Motion of the robot.
         doubts: What speaks against all of it.
         setup: Setup with the constants that are believed.
@@ -94,6 +106,7 @@ class Calibration(NamedTuple):
     findings: tuple[ConstantFinding, ...]
     beside: tuple[UnkeptFigure, ...]
     noise: NoiseFit
+    passes: Revisits
     motion: DriveMotion
     doubts: tuple[str, ...]
     setup: Setup
@@ -102,6 +115,24 @@ class Calibration(NamedTuple):
     def believed(self) -> bool:
         """True if constants may be taken over."""
         return not self.doubts and any(not finding.against for finding in self.findings)
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Names of what the files are wrong about for certain: constants, and a noise that no other one comes near."""
+        constants = () if self.doubts else tuple(each.constant.name for each in self.findings if each.differs)
+        if self.passes.bent:
+            return ("the fixes are bent",)
+        return (*constants, self.noise.name) if self.noise.name and self.noise.told else constants
+
+    @property
+    def not_told(self) -> str:
+        """Sentence about what the drive cannot tell of the noise; empty if there is none."""
+        if self.noise.name not in _ONE_PASS or self.passes.told:
+            return ""
+        return (
+            "whether the robot wanders, the receiver does, or the fixes are bent at a place cannot be told by one "
+            "pass: drive the same way again after half a minute"
+        )
 
     def as_json(self) -> dict[str, Any]:
         """Return the result as a JSON object; a constant that is not believed has no number."""
@@ -134,7 +165,10 @@ class Calibration(NamedTuple):
                 "advantage": self.noise.better,
                 "runner_up": self.noise.runner_up[0],
                 "onboard": {name: dict(values) for name, values in self.noise.changes.items()},
+                "not_told": self.not_told,
             },
+            "causes": list(self.causes),
+            "revisits": self.passes.as_json(),
             "motion": self.motion._asdict(),
             "doubts": list(self.doubts),
         }
@@ -157,21 +191,27 @@ def calibrate(path: Path, robot: str | None, progress: Callable[[float], None] =
     constants = constants_of(inputs.setup)
     fit = fit_constants(inputs, inputs.setup, constants, lambda done: progress(0.5 * done))
     certain = with_sigmas(inputs.setup, dict.fromkeys(constants, 0.0))
-    best = changed(certain, dict(zip(constants, fit.changes.tolist(), strict=True)))
-    noise = best_noise(inputs, best, inputs.frames)
+    noise = best_noise(inputs, _with_found(certain, constants, fit), inputs.frames)
     if noise.name:  # constants are as certain as the noise that they have been found in allows
-        noisy = inputs.setup.model_copy(update={"onboard": with_changes(inputs.setup.onboard, noise.changes)})
-        fit = fit_constants(inputs, noisy, constants, lambda done: progress(0.5 + 0.5 * done))
+        onboard = with_changes(inputs.setup.onboard, noise.changes)
+        fit = fit_constants(
+            inputs,
+            inputs.setup.model_copy(update={"onboard": onboard}),
+            constants,
+            lambda done: progress(0.5 + 0.5 * done),
+        )
+        certain = certain.model_copy(update={"onboard": with_changes(certain.onboard, noise.changes)})
+    passes = revisits(inputs, _with_found(certain, constants, fit))
     progress(1.0)
     motion = motion_of(fit.run)
     findings = _findings(inputs.setup, constants, fit, motion, _ROUGHLY if noise.name else 1.0)
-    doubts = tuple(_doubts(fit, noise))
+    doubts = tuple(_doubts(fit, noise, passes))
     believed = [each for each in findings if not each.against and not doubts]
     setup = changed(inputs.setup, {each.constant: each.change for each in believed})
     sigmas = {each.constant: each.sigma for each in believed}
     by = Calibrated(day=_day(inputs, path), log=path.name)
     setup = recorded(with_sigmas(setup, sigmas), sigmas, by)
-    return Calibration(findings, _beside(inputs.setup, fit.run), noise, motion, doubts, setup)
+    return Calibration(findings, _beside(inputs.setup, fit.run), noise, passes, motion, doubts, setup)
 
 
 def _beside(setup: Setup, run: EstimatorRun) -> tuple[UnkeptFigure, ...]:
@@ -194,6 +234,10 @@ def _day(inputs: EstimatorInputs, path: Path) -> date:
     if inputs.begun is not None:
         return datetime.fromisoformat(inputs.begun).date()
     return datetime.fromtimestamp(path.stat().st_mtime, UTC).date()
+
+
+def _with_found(setup: Setup, constants: Sequence[Constant], fit: Fit) -> Setup:
+    return changed(setup, dict(zip(constants, fit.changes.tolist(), strict=True)))
 
 
 def _findings(
@@ -222,8 +266,8 @@ def _findings(
     return tuple(found)
 
 
-def _doubts(fit: Fit, noise: NoiseFit) -> list[str]:
-    doubts = []
+def _doubts(fit: Fit, noise: NoiseFit, passes: Revisits) -> list[str]:
+    doubts = [f"{passes.words}: calibrate elsewhere"] if passes.bent else []
     if not fit.converged:
         doubts.append("no constants fit the recording: the search for them does not end")
     correlation = fixes_whiteness(fit.run.white[moving_ticks(fit.run)], fit.run.fix_lag)
@@ -235,7 +279,7 @@ def _doubts(fit: Fit, noise: NoiseFit) -> list[str]:
             f"chance explains {correlation.by_chance:.2f}{explained}"
         )
     counted = fit.run.consistency
-    if counted.encoders_rejected > _REJECTED * fit.run.wheel_readings:
+    if counted.encoders_rejected > SLIPPING * fit.run.wheel_readings:
         share = 100.0 * counted.encoders_rejected / fit.run.wheel_readings
         doubts.append(
             f"the wheels slip ({share:.1f} % of their readings are rejected), which looks like {GYRO_SCALE.name}, "

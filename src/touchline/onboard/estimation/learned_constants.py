@@ -32,8 +32,11 @@ _UNCALIBRATED: Final = (
     GnssSheet().stamp_offset_sigma_s,
 )
 """σ up to which they grow."""
-_CERTAIN: Final = 5.0
+_CERTAIN: Final = 5.5
 """σ from which a difference is reported."""
+SLIPPING: Final = 0.01
+"""Share of rejected wheel readings from which nothing is said of constants: wheels that slip look like an arm and a
+delay."""
 _TOLD: Final = 0.5
 """Share of its σ at the start that a constant's is at most once motion has told it."""
 
@@ -95,12 +98,19 @@ def learned_constants(state: Floats, covariance: Floats, figures: FilterFigures)
 def note_differences(x: Floats, P: Floats, n: FilterCounters) -> None:
     """Note which constants differ from the robot's files for certain.
 
+    A robot that wanders looks like a gyro with another scale for a while, and wheels that slip like a delay. So nothing
+    is noted until the unrest of innovations is known, while they are correlated, or if wheels slip; and where they are
+    restless σ counts as much larger as the square root of their unrest.
+
     Args:
         x: (STATES,) state.
         P: (STATES, STATES) its covariance.
         n: Counters, updated.
     """
+    if n.inconsistent or n.fix_unrest == 0.0 or n.encoders_rejected > SLIPPING * n.encoders:
+        return
+    certain = _CERTAIN * math.sqrt(max(n.fix_unrest, 1.0))
     for i in range(len(_LEAST)):
         k = VARYING + i
-        if abs(x[k]) > max(_CERTAIN * math.sqrt(P[k, k]), _LEAST[i]):
+        if abs(x[k]) > max(certain * math.sqrt(P[k, k]), _LEAST[i]):
             n.differing |= 1 << i

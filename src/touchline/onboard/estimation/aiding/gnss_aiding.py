@@ -185,7 +185,7 @@ def position_fit(
     n.fix_step_m = math.hypot(y[0] - n.innovation_east_m, y[1] - n.innovation_north_m)
     n.innovation_east_m, n.innovation_north_m, n.fix_nis_last = y[0], y[1], weighed
     n.fix_white_0, n.fix_white_1, n.fix_log_det = whitened(at.P, h, y, fix.variance_m2)
-    note_innovation(n, at.x[SPEED], c.burst_var > 0.0)
+    note_innovation(n, at.x[HEADING], at.x[SPEED], c.burst_var > 0.0)
     if c.burst_var == 0.0:
         return weighed, likelihood(nis, c.fix_dof)
     nis = nis_of_two(at.P, h, y, fix.variance_m2 + c.burst_var)
