@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 
 import pytest
 
@@ -16,11 +16,12 @@ from touchline.bus.ports import free_port
 from touchline.schemas.bus_variables import ENDPOINT_VARIABLE
 
 START_S = 120.0
+pytestmark = pytest.mark.xdist_group("live robot")  # by one worker, so that it is started once
 
 
-@contextmanager
+@pytest.fixture(scope="module")
 def emulated() -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
-    """Meeting point and process of an emulated robot that drives as fast as it can."""
+    """Meeting point and process of an emulated robot that drives as fast as it can; the last test kills it."""
     place = f"tcp/127.0.0.1:{free_port()}"
     process = subprocess.Popen(
         [sys.executable, "-m", "touchline", "robot-sim", "--speed", "max"], env={**os.environ, ENDPOINT_VARIABLE: place}
@@ -33,9 +34,8 @@ def emulated() -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
 
 
 @pytest.fixture(scope="module")
-def endpoint() -> Iterator[str]:
-    with emulated() as (place, _):
-        yield place
+def endpoint(emulated: tuple[str, subprocess.Popen[bytes]]) -> str:
+    return emulated[0]
 
 
 @pytest.fixture(scope="module")
@@ -97,23 +97,6 @@ def test_an_async_robot_does_the_same(endpoint: str, plan: touchline.Plan) -> No
     assert seconds == pytest.approx(plan.duration_s) and state == 4
 
 
-def test_an_async_robot_is_stopped_though_another_call_waits_and_missed_when_it_leaves() -> None:
-    async def stop(place: str, process: subprocess.Popen[bytes]) -> None:
-        async with await touchline.connect_async("tt2", endpoint=place, timeout_s=START_S) as robot:
-            async with robot._lock:  # held as by a call that takes long
-                await robot.order("estop")
-            assert (await robot.wait("emergency-stopped", timeout_s=START_S)).state == 6
-            async for status in robot.subscribe("traversal/status", timeout_s=START_S):
-                assert status.state == 6  # type: ignore[attr-defined]
-                break
-            process.kill()
-            with pytest.raises(touchline.RobotUnavailable, match="has left the bus"):
-                await robot.wait("done")
-
-    with emulated() as (place, process):
-        asyncio.run(stop(place, process))
-
-
 def test_a_robot_that_is_not_there_is_named_with_the_remedy(endpoint: str) -> None:
     with pytest.raises(touchline.RobotUnavailable, match=r"robot tt9 is not on the bus .* `touchline up`") as caught:
         touchline.connect("tt9", endpoint=endpoint, timeout_s=0.5)
@@ -126,3 +109,21 @@ def test_a_topic_that_is_none_is_named_with_the_right_one(endpoint: str) -> None
         pytest.raises(touchline.SpecError, match="did you mean 'traversal/status'"),
     ):
         robot.subscribe("traversal/state")
+
+
+def test_an_async_robot_is_stopped_though_another_call_waits_and_missed_when_it_leaves(
+    emulated: tuple[str, subprocess.Popen[bytes]],
+) -> None:
+    async def stop(place: str, process: subprocess.Popen[bytes]) -> None:
+        async with await touchline.connect_async("tt2", endpoint=place, timeout_s=START_S) as robot:
+            async with robot._lock:  # held as by a call that takes long
+                await robot.order("estop")
+            assert (await robot.wait("emergency-stopped", timeout_s=START_S)).state == 6
+            async for status in robot.subscribe("traversal/status", timeout_s=START_S):
+                assert status.state == 6  # type: ignore[attr-defined]
+                break
+            process.kill()
+            with pytest.raises(touchline.RobotUnavailable, match="has left the bus"):
+                await robot.wait("done")
+
+    asyncio.run(stop(*emulated))

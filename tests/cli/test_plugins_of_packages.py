@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pytest
 
@@ -46,17 +47,36 @@ def example(tmp_path: Path) -> Path:
     return install(tmp_path / "site", project["name"], project["entry-points"], files)
 
 
-def touchline(site: Path, *arguments: str, cwd: Path | None = None) -> "subprocess.CompletedProcess[str]":
+#: Commands given as JSON, one after the other: exit code and both outputs of each.
+ONE_PROCESS = """
+import io, json, sys
+from contextlib import redirect_stderr, redirect_stdout
+from touchline.cli.commands import execute
+
+done = []
+for arguments in json.loads(sys.argv[1]):
+    sys.argv[1:] = arguments
+    with redirect_stdout(io.StringIO()) as output, redirect_stderr(io.StringIO()) as errors:
+        code = execute()
+    done.append((code, output.getvalue(), errors.getvalue()))
+print(json.dumps(done))
+"""
+
+
+def touchline(site: Path, *commands: tuple[str, ...], cwd: Path | None = None) -> "list[CompletedProcess[str]]":
+    """Commands in one process that has the packages of a folder."""
     environment = {**os.environ, "PYTHONPATH": str(site), "COLUMNS": "300", "NO_COLOR": "1", "TERM": "dumb"}
-    command = [sys.executable, "-m", "touchline", *arguments]
-    return subprocess.run(command, env=environment, cwd=cwd, capture_output=True, text=True, check=False, timeout=600)
+    process = [sys.executable, "-c", ONE_PROCESS, json.dumps(commands)]
+    said = subprocess.run(process, env=environment, cwd=cwd, stdout=subprocess.PIPE, text=True, check=True, timeout=600)
+    return [CompletedProcess(each, *done) for each, done in zip(commands, json.loads(said.stdout), strict=True)]
 
 
 def test_the_pages_package_paints_and_a_session_checked_without_it_names_it(example: Path, tmp_path: Path) -> None:
     (tmp_path / "lawn.json").write_text(json.dumps(LAWN), encoding="utf-8")
     chosen = ("--method", "gentle", "--area-method", "there", "--follower", "careful", "--record", "lawn.mcap")
     (tmp_path / "glare.json").write_text('{"faults": [{"kind": "glare", "start_s": 2, "duration_s": 1}]}')
-    done = touchline(example, "simulate", "lawn.json", *chosen, "--scenario", "glare.json", "--json", cwd=tmp_path)
+    simulate = ("simulate", "lawn.json", *chosen, "--scenario", "glare.json", "--json")
+    (done,) = touchline(example, simulate, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "warning" not in done.stderr
     figures = json.loads(done.stdout)
@@ -64,7 +84,7 @@ def test_the_pages_package_paints_and_a_session_checked_without_it_names_it(exam
     assert {each["id"] for each in figures["segments"]} == {"edge", "lawn#1", "lawn#2"}
     info = json.loads(touchline_here("info", str(tmp_path / "lawn.mcap"), "--json").stdout)
     assert info["metadata"]["touchline_made_by"]["plugin gentle-turns"] == "0.1"
-    there = touchline(example, "check", "lawn.mcap", cwd=tmp_path)
+    (there,) = touchline(example, ("check", "lawn.mcap"), cwd=tmp_path)
     assert there.returncode == 0, there.stderr
     without = touchline_here("check", str(tmp_path / "lawn.mcap"))
     assert without.returncode == 1
@@ -87,7 +107,7 @@ def test_the_pages_package_is_listed_and_a_broken_one_told_and_left_out(example:
         "NUMBER, PLUGIN, LATE = 3, Plugin('', 1), Plugin('late', 'odd_turns:NO')\n",
     )
     install(example, "odd-turns", points, {"odd_turns.py": "\n".join(lines)})
-    shown = touchline(example, "simulate", "--help")
+    shown, planned = touchline(example, ("simulate", "--help"), ("plan", "study-square", "--method", "late"))
     assert shown.returncode == 0
     told = " ".join(shown.stdout.replace("│", " ").split())
     for words in ("gentle: turns of twice the radius", "there: rows, all the same way", "careful: pursuit that"):
@@ -103,7 +123,6 @@ def test_the_pages_package_is_listed_and_a_broken_one_told_and_left_out(example:
     ):
         assert line.startswith(f'warning: the transition method "{name}" of the package odd-turns 0.1 is left out: ')
         assert problem in line
-    planned = touchline(example, "plan", "study-square", "--method", "late")
     assert planned.returncode == 2
     assert planned.stderr.splitlines()[-1].startswith(
         'error: importing the transition method "late" of the package odd-turns 0.1 fails with AttributeError'
@@ -111,25 +130,19 @@ def test_the_pages_package_is_listed_and_a_broken_one_told_and_left_out(example:
     assert "Traceback" not in planned.stderr
 
 
-@pytest.mark.parametrize("raises", ["connect", "rows"])
-def test_a_plug_in_that_fails_in_use_is_a_line_that_names_its_package(
-    example: Path, tmp_path: Path, raises: str
-) -> None:
+def test_a_plug_in_that_fails_in_use_is_a_line_that_names_its_package(example: Path, tmp_path: Path) -> None:
     (tmp_path / "lawn.json").write_text(json.dumps(LAWN), encoding="utf-8")
-    if raises == "connect":
-        with (example / "gentle_turns" / "method.py").open("a", encoding="utf-8") as file:
-            file.write("\n\ndef connect(self, start, goal):\n    return 1 / 0\n\n\nGentleTurns.connect = connect\n")
-    else:
-        (example / "gentle_turns" / "rows.py").write_text("def rows(area, width_m):\n    return 1 / 0\n")
-    planned = touchline(
-        example, "plan", "lawn.json", "--method", "gentle", "--area-method", "there", "-q", cwd=tmp_path
-    )
-    assert planned.returncode == 2
-    which = 'transition method "gentle"' if raises == "connect" else 'area method "there"'
-    assert planned.stderr == (
-        f"error: plan cannot use the {which} of the package gentle-turns 0.1: "
-        "it fails with ZeroDivisionError: division by zero; mend it, or use another one\n"
-    )
+    with (example / "gentle_turns" / "method.py").open("a", encoding="utf-8") as file:
+        file.write("\n\ndef connect(self, start, goal):\n    return 1 / 0\n\n\nGentleTurns.connect = connect\n")
+    (example / "gentle_turns" / "rows.py").write_text("def rows(area, width_m):\n    return 1 / 0\n")
+    chosen = {'transition method "gentle"': ("--method", "gentle"), 'area method "there"': ("--area-method", "there")}
+    commands = (("plan", "lawn.json", *options, "-q") for options in chosen.values())
+    for which, planned in zip(chosen, touchline(example, *commands, cwd=tmp_path), strict=True):
+        assert planned.returncode == 2
+        assert planned.stderr == (
+            f"error: plan cannot use the {which} of the package gentle-turns 0.1: "
+            "it fails with ZeroDivisionError: division by zero; mend it, or use another one\n"
+        )
 
 
 def offered(monkeypatch: pytest.MonkeyPatch, *found: entry_points.Offer) -> list[str]:

@@ -1,8 +1,7 @@
 """Options from touchline.toml and from the environment."""
 
 import json
-import subprocess
-import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -59,11 +58,10 @@ def test_a_wrong_name_is_refused_with_the_right_one(folder: Path, text: str, wor
         list(set_options(command_line()))
 
 
-def test_a_command_takes_them_and_its_own_options_come_first(folder: Path) -> None:
+def test_a_command_takes_them_and_its_own_options_come_first(
+    folder: Path, touchline: Callable[..., tuple[int, str, str]]
+) -> None:
     (folder / "touchline.toml").write_text("[plan]\npaint-speed = 0.4\n", encoding="utf-8")
-    took = []
-    for more in ([], ["--paint-speed", "0.5"]):
-        command = [sys.executable, "-m", "touchline", "plan", "study-square", "--json", *more]
-        took.append(json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout))
-    paint_s = [each["time_s"]["paint"] for each in took]
+    took = [touchline("plan", "study-square", "--json", *more) for more in ((), ("--paint-speed", "0.5"))]
+    paint_s = [json.loads(out)["time_s"]["paint"] for _, out, _ in took]
     assert paint_s[0] / paint_s[1] == pytest.approx(0.5 / 0.4, rel=0.01)

@@ -7,6 +7,8 @@ import pytest
 
 from tests.system.commands import touchline_here
 
+pytestmark = pytest.mark.xdist_group("two robots")  # by one worker, so that what tests share is done once
+
 
 @pytest.mark.parametrize(
     ("arguments", "problem"),

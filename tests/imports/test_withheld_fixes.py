@@ -16,6 +16,8 @@ from touchline.checking.estimating.smoother import distance_in_sigma, smoothed
 from touchline.checking.importing.import_logs import import_logs
 from touchline.schemas.log_mapping import LogMapping
 
+pytestmark = pytest.mark.xdist_group("withheld fixes")  # by one worker, so that the log is imported once
+
 MAPPING = {"imu": {"stream": "odometry"}, "wheels": {"stream": "odometry"}, "reference": {"stream": "track"}}
 FIXES = {"stream": "fixes", "taken_as": "fixed", "sigma_m": 0.01, "latency_s": 0.0}
 

@@ -18,6 +18,8 @@ from touchline.schemas.messages import Event, GetPaintRequest, PaintMarks, Strin
 from touchline.services.robot_sim import outbox as module
 from touchline.services.robot_sim.outbox import Outbox, RobotOutlet
 
+pytestmark = pytest.mark.xdist_group("outbox")  # by one worker, so that what tests share is started once
+
 DEAF = """
 import time, zenoh
 from zenoh import handlers

@@ -16,6 +16,8 @@ from touchline.schemas.plan_cause import PlanCause
 from touchline.services.planner.request import answer
 from touchline.services.robot_sim.robot_process import RobotProcess
 
+pytestmark = pytest.mark.xdist_group("way round on bus")  # by one worker, so that the job is planned once
+
 
 @cache
 def job():

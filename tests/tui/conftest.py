@@ -15,10 +15,8 @@ def template() -> Template:
 
 
 @pytest.fixture(autouse=True)
-def undrawn(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing is drawn for a terminal that is none, which is half of a console's work, but for pictures."""
-    if "snap_compare" in request.fixturenames:
-        return
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is drawn for a terminal that is none, which is half of a console's work; pictures are drawn in full."""
     draw = Compositor.render_update
 
     def render_update(compositor: Compositor, full: bool = False, **options: Any) -> object:

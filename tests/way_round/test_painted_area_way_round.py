@@ -19,6 +19,8 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
 from touchline.services.robot_sim.emulator import Emulator
 
+pytestmark = pytest.mark.xdist_group("painted area")  # by one worker, so that the job is planned and done once
+
 BED = Template.model_validate(
     {
         "name": "bed",

@@ -33,6 +33,8 @@ from touchline.services.robot_sim.way_round.seen_things import SeenThings
 from touchline.services.robot_sim.way_round.unpainted_lines import PASSING_BY
 from touchline.services.robot_sim.way_round.waiting import WaitingOrder
 
+pytestmark = pytest.mark.xdist_group("way round")  # by one worker, so that the job is planned and done once
+
 STROKES = Products(strokes=True)
 
 
