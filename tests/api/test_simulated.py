@@ -12,7 +12,7 @@ import pytest
 import touchline
 
 #: Of `touchline simulate study-square --hash`.
-HASH = "64a9194ee26ada80"
+HASH = "c369438abde4a5d0"
 
 
 def pursue(state: touchline.FollowerState, ahead: touchline.FollowerAhead) -> tuple[float, float]:

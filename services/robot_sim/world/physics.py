@@ -279,8 +279,11 @@ def advance(world: WorldArrays, command: HeldCommand, faults: Sequence[Effects],
         half = 0.5 * yaw_rate * STEP_S
         cos, sin = _turned(cos, sin, half)
         _move(state, body, cos * crab_cos - sin * crab_sin, sin * crab_cos + cos * crab_sin, speed, side)
-        cos, sin = _turned(cos, sin, half)
         state.heading_rad += 2.0 * half
+        if step < STEPS - 1:
+            cos, sin = _turned(cos, sin, half)
+        else:  # to the bit where the next tick begins
+            cos, sin = math.cos(state.heading_rad), math.sin(state.heading_rad)
         turned_x -= side * yaw_rate
         turned_y += speed * yaw_rate
         width = work(tool, state, effects, command.valve == (step >= late), command.disc)
