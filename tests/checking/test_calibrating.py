@@ -92,7 +92,7 @@ def test_the_command_writes_files_that_can_be_given_again(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("sigma_m", "tau_s", "named"), [(0.012, 0.0, "fixes scatter"), (0.012, 3.0, "fixes wander")], ids=["white", "slow"]
+    ("sigma_m", "tau_s", "named"), [(0.012, 0.0, "fixes scatter"), (0.02, 3.0, "fixes wander")], ids=["white", "slow"]
 )
 def test_a_noise_larger_than_the_files_say_is_named(inputs, sigma_m, tau_s, named):
     frames = disturbed(inputs, drawn(len(inputs.frames.fixes), sigma_m, tau_s))

@@ -62,6 +62,18 @@ def test_a_range_that_is_not_a_number_is_no_hit_and_no_free_ground() -> None:
     assert lidar.beams.kind[:3].tolist() == [UNUSABLE, UNUSABLE, NOTHING]
 
 
+def test_beams_without_a_return_are_placed_for_who_reads_whole_scans() -> None:
+    seeing = Seeing(robot(), lambda t: (0.5 * t, 0.0, 0.0), still([POST]))
+    seeing.perception.whole_scans = True
+    for _ in range(3):
+        seeing.scan()
+        ((_, beams),) = seeing.perception.scans
+        assert (beams.kind == NOTHING).sum() > 100
+        np.testing.assert_allclose(np.hypot(*beams.rays[:, 2:].T), 1.0)
+        assert np.ptp(beams.rays[:, 0]) < 0.06
+        assert beams.rays[0, 0] == pytest.approx(beams.rays[-1, 0], abs=0.06)
+
+
 def test_of_scans_without_any_return_as_much_is_kept_as_if_they_were_gone_through() -> None:
     def passes(time_s: float) -> Scene:
         return Scene(legs(time_s - 3.0, 4.0, 0.0, 6.0 * time_s)) if time_s % 3.0 > 2.5 else Scene()

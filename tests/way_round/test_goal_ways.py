@@ -86,8 +86,9 @@ def test_without_unknown_things_the_way_is_the_planned_one() -> None:
 
 
 def test_the_same_scenario_gives_the_same_session() -> None:
-    things = wall((6.0, -8.0), (6.0, 1.5))
-    first, second = (going(*things, hashed=True).outcome.report.session_hash for _ in range(2))
+    things = (*wall((6.0, -9.0), (6.0, 1.5)), *wall((6.0, 3.5), (6.0, 8.0)))
+    passive = {"mode": "passive"}
+    first, second = (going(*things, hashed=True, protection=passive).outcome.report.session_hash for _ in range(2))
     assert first == second != ""
 
 

@@ -117,6 +117,8 @@ class GoalPursuit:
     def __init__(self, emulator: Emulator, goal: PoseGoal, options: PlanOptions, seen: SeenGround) -> None:
         self._emulator, self._goal, self._options, self._seen = emulator, goal, options, seen
         self._ground = seen.known
+        if emulator.onboard.perception is not None:
+            emulator.onboard.perception.whole_scans = True  # beams without a return show ground as free
         self._vehicle = emulator.vehicle
         self._body = np.array(self._vehicle.body.footprint_m)
         braking_mps2 = emulator.onboard.protection.braking_mps2

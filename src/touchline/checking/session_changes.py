@@ -7,6 +7,11 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
+            "Drives to a goal amid things that the plan does not know saw ground as free where beams without a return "
+            "had not been placed: where they had passed before, or anywhere. Robots lost their way, and sessions "
+            "were not repeatable."
+        ),
+        (
             "The filter's updates and the steps of the emulated world are calculated in another order, which "
             "changes the last digits."
         ),

@@ -55,6 +55,7 @@ class Perception:
         known: Outlines that the plan knows.
         too_late: Number of scans that were not used, because they came too late or before the estimator had started.
         way_m: Way that the robot has driven between scans.
+        whole_scans: Whether all beams of `scans` are placed: those without a return are otherwise only if they matter.
     """
 
     def __init__(self, vehicle: Vehicle) -> None:
@@ -65,7 +66,7 @@ class Perception:
         self._body = np.array(vehicle.body.footprint_m)
         self._body_m = float(np.hypot(*self._body.T).max())
         self._occupied = rules.unseen == "occupied"
-        self._absolute = vehicle.positioning != ODOMETRY
+        self._absolute, self.whole_scans = vehicle.positioning != ODOMETRY, False
         self.restart()
 
     def restart(self, known: Sequence[Polygon] = ()) -> None:
@@ -112,7 +113,7 @@ class Perception:
             return []
         beams.range_m[:] = ranges
         time_s = tick * TICK_S
-        everywhere = self._occupied or bool(self.known.outlines)
+        everywhere = self.whole_scans or self._occupied or bool(self.known.outlines)
         returned = place_beams(figures, sample.stamp_s, ring.array, tick, self._body, everywhere, beams)
         state = estimator.state.tolist()
         self._note_way(state[EAST], state[NORTH])
