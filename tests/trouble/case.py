@@ -14,7 +14,9 @@ OrderName = Literal[
     "pause", "resume", "abort", "estop", "reset", "link_lost", "fail_safe", "refill_tank", "goto", "kill"
 ]
 FOUND: Final = Path(__file__).with_name("found")
-"""Shrunk cases that have failed, each with the defect mended since."""
+"""Cases that have failed, each with the defect mended since."""
+OPEN: Final = Path(__file__).with_name("open")
+"""Shrunk cases that fail: defects that are known and not mended."""
 
 
 class Order(Spec):

@@ -136,9 +136,10 @@ class ValveShut(Property):
 
     def look(self, now: Look) -> None:
         emulator = now.emulator
-        self._ticks = self._ticks + now.ticks if emulator.onboard.state != RUNNING else 0
+        closed = now.ticks if self._ticks else 1  # the state has changed in the last tick of its look
+        self._ticks = self._ticks + closed if emulator.onboard.state != RUNNING else 0
         self.hold(emulator.onboard.state == RUNNING or not emulator.command.valve, "valve commanded open", now)
-        if "valve-stuck" not in self.kinds and self._ticks > CLOSING_TICKS + now.ticks:
+        if "valve-stuck" not in self.kinds and self._ticks > CLOSING_TICKS:
             self.hold(not emulator.world.state.valve_open, "valve open", now)
 
 
