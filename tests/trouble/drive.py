@@ -186,6 +186,8 @@ class CaseDrive:
             self._runner.step(most, UNLOGGED)
             self._emulator.take_events()
         self._hear()
+        if self._emulator.settled:
+            self._note_job()
         if self._emulator.onboard.state not in (PAUSED, ESTOPPED):
             self._stands_since = 0
         elif not self._stands_since:

@@ -49,7 +49,7 @@ def test_what_is_found_is_shrunk_to_what_it_takes(monkeypatch, tmp_path):
     assert trouble is not None and trouble.name == "ValveShut"
     smallest, trouble = shrunk(case, trouble)
     assert trouble.name == "ValveShut"
-    assert [order.name for order in smallest.orders] == ["pause"]
+    assert not smallest.orders  # it rests at its turns, too
     assert len(smallest.template.segments) == 1 and smallest.scenario.truth == Truth()
     path = tmp_path / "case.json"
     path.write_text(smallest.to_json())
