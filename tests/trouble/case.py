@@ -16,7 +16,7 @@ OrderName = Literal[
 FOUND: Final = Path(__file__).with_name("found")
 """Cases that have failed, each with the defect mended since."""
 OPEN: Final = Path(__file__).with_name("open")
-"""Shrunk cases that fail: defects that are known and not mended."""
+"""Cases that fail: defects that are known and not mended."""
 
 
 class Order(Spec):
