@@ -9,7 +9,7 @@ from touchline.onboard.executive.mission import Mission
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.truth import Truth
 
-HANDFUL = (3, 4, 8)
+HANDFUL = (3, 4)
 NUMBERS, BATCH = 10_000, 250
 RECORDED_EVERY = 20
 REST = Mission.rest
