@@ -321,8 +321,21 @@ class Emulator:
         self._note("shut-down")
 
     def resume(self) -> None:
-        """Continue after a pause."""
-        self.onboard.resume()
+        """Continue after a pause.
+
+        A robot that pauses looks for its place on the path, and may accept that of the receiver, before it can refuse:
+        that it was asked is noted, too.
+
+        Raises:
+            CommandRefused: Not now, or the cause of the pause persists.
+        """
+        pauses = self.onboard.state == TraversalStatus.PAUSED
+        try:
+            self.onboard.resume()
+        except CommandRefused:
+            if pauses:
+                self._note("resume", refused=True)
+            raise
         self._note("resume")
 
     def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:

@@ -1,4 +1,4 @@
-"""Log of the commands that the robot has carried out, with ticks; with setup and plan they determine a session."""
+"""Log of the commands that can have changed the robot, with ticks; with setup and plan they determine a session."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 
 class ObeyedOrder(NamedTuple):
-    """A command that was carried out.
+    """A command that was carried out, or a resume that a pausing robot has refused.
 
     Attributes:
         tick: Last tick before it.

@@ -66,7 +66,7 @@ class Rebuild:
             "pause": lambda _: emulator.pause(),
             "watchdog": lambda details: emulator.fail_safe(float(details["missed_s"])),
             "shut-down": lambda _: emulator.shut_down(),
-            "resume": lambda _: emulator.resume(),
+            "resume": self._resume,
             "abort": lambda details: emulator.abort(details["reason"]),
             "estop": lambda details: emulator.estop(details["reason"]),
             "reset": lambda _: emulator.reset(),
@@ -137,7 +137,15 @@ class Rebuild:
             return self._telemetry.supplies()
         if order.name == "begin-guided":
             return self._telemetry.begin([])
-        return [] if order.name in ("authorize", "guidance") else self._telemetry.news()
+        silent = order.name in ("authorize", "guidance") or "refused" in order.details
+        return [] if silent else self._telemetry.news()
+
+    def _resume(self, details: Mapping[str, Any]) -> None:
+        try:
+            self._emulator.resume()
+        except CommandRefused:
+            if "refused" not in details:
+                raise
 
     def _load(self, job: GivenJob, order: TimedOrder) -> list[Payload]:
         taking = Taking[str(order.details.get("taking", "carried")).upper()]

@@ -222,7 +222,6 @@ class Traversal:
         problem = self._hazards.lasting
         if problem:
             raise CommandRefused(f"cannot resume: {problem}")
-        self._hazards.forget()
         if not job.aligning:
             accepts = self._estimator.jump_m > 0.0 and job.standing and self._watch.accepts_jump()
             if self._watch.pose_problem and not accepts:
@@ -232,6 +231,7 @@ class Traversal:
             distance = job.locate() if job.standing else 0.0
             if distance > MAX_RESUME_DISTANCE_M:
                 raise CommandRefused(f"cannot resume: the robot stands {distance:.2f} m beside its path")
+        self._hazards.forget()
         self.stop.tries.forgive()
         self._go_on(job, "resumed")
 
