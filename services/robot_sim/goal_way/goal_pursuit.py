@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from touchline.onboard.interface import TICKS_PER_S
+from touchline.onboard.protection.way import OFF_AGAIN_M
 from touchline.schemas.known_ground import KnownGround, Ring
 from touchline.schemas.messages import (
     LeavingTrajectory,
@@ -439,11 +440,15 @@ class GoalPursuit:
 
     @property
     def _needed_m(self) -> float:
-        """Distance from things at which protection lets the robot pass, however slowly."""
+        """Distance from things at which protection lets the robot pass, however slowly.
+
+        From what may move it is that at which the robot comes to rest: from there on it may come no nearer.
+        """
         perception = self._emulator.onboard.perception
         hits = perception.hits if perception is not None else None
         error_m = min(hits.error_m, ERROR_M) if hits is not None else 0.0
-        return self._vehicle.protection.margin_m + error_m + OFF_WAY_M + self._coming_m
+        again_m = error_m + OFF_AGAIN_M if self._coming_m > 0.0 else 0.0
+        return self._vehicle.protection.margin_m + error_m + OFF_WAY_M + self._coming_m + again_m
 
     def _seen_free_behind(self, way: WayAhead) -> bool:
         """Return whether a robot that drives this way goes backward only over ground that it has seen as free."""

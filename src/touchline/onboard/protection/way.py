@@ -49,7 +49,7 @@ DOUBTFUL_MPS: Final = 0.3
 """Speed at which the robot passes what may be ground."""
 _CREEPS_MPS: Final = 0.03
 """Allowed speed below which a robot that stands does not move on."""
-_OFF_AGAIN_M: Final = 0.05
+OFF_AGAIN_M: Final = 0.05
 """Clearance from things that may move, beyond what is needed and the error of hits, at which the robot comes to rest as
 planned: at the limit the noise of hits would not let it drive away again."""
 _SWING_M: Final = 0.02
@@ -272,7 +272,7 @@ def find_stop(computer: Computer) -> None:
         if math.isinf(way.stop_m) and not passes:
             if way.clear_m[j] < needed_m + grown_m or way.standing_m[j] < needed_m:
                 way.stop_m = _before_m(way, j)
-            elif nearer and way.clear_m[j] < needed_m + grown_m + way.error_m + _OFF_AGAIN_M:
+            elif nearer and way.clear_m[j] < needed_m + grown_m + way.error_m + OFF_AGAIN_M:
                 way.stop_m = way.ahead_m[j - 1]
         needed_m -= off_m
         way.room_m = min(way.room_m, way.clear_m[j] - needed_m)
