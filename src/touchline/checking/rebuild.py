@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
@@ -60,7 +61,9 @@ class Rebuild:
         self.refused: list[str] = []
         emulator = self._emulator
         self._orders: Mapping[str, Callable[[Mapping[str, Any]], object]] = {
-            "begin-guided": lambda details: emulator.begin_guided(plans=bool(details.get("plans"))),
+            "begin-guided": lambda details: emulator.begin_guided(
+                plans=bool(details.get("plans")), margin_m=float(details.get("margin_m", math.inf))
+            ),
             "guidance": lambda details: emulator.take_guidance(Guidance.model_validate(details)),
             "start": lambda _: emulator.start(),
             "pause": lambda _: emulator.pause(),
