@@ -7,13 +7,22 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
-            "Drives to a goal amid things that the plan does not know saw ground as free where beams without a return "
-            "had not been placed: where they had passed before, or anywhere. Robots lost their way, and sessions "
-            "were not repeatable."
+            "Drives to a goal amid things that the plan does not know saw ground as free where beams without a "
+            "return had not been placed: where they had passed before, or anywhere. Robots lost their way, and "
+            "sessions were not repeatable."
+        ),
+        (
+            "Ways to goals among things that may move keep the distance at which protection lets a robot come to "
+            "rest. Beside the end of a wall a robot was stopped on way after way, and gave up."
         ),
         (
             "The filter's updates and the steps of the emulated world are calculated in another order, which "
             "changes the last digits."
+        ),
+        (
+            "A guided robot that loses its pose pauses before it may be farther off its cell or plan than r_s "
+            "allows (`docs/explanation/teams.md#without-a-pose`), instead of at a σ of 0.15 m. `BeginGuided` has "
+            "`margin_m`."
         ),
         (
             "The estimator learns what a robot's files are wrong about: gyro scale, place of the antenna, stamp "
