@@ -1,6 +1,5 @@
 """Messages between a robot of a team and its coordinator: docs/explanation/teams.md has the rules."""
 
-import math
 from typing import ClassVar, Final
 
 from touchline.schemas.messages.base import Float64Array, Message, UInt32, zeros
@@ -172,7 +171,6 @@ class BeginGuidedRequest(Message):
     ``coordinator``: the id of its session on the bus; the robot takes guidance of that session alone.
     ``lockstep_s``: an emulated robot holds sim time at every multiple of it until it is answered; 0: it never does.
     ``plans``: guidance has plans instead of cells, and the robot reports its PlanState instead of its Whereabouts.
-    ``margin_m``: distance by which the robot may be off its cell or plan; inf: any. It brakes before it may be farther.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/BeginGuided_Request"
@@ -180,7 +178,6 @@ class BeginGuidedRequest(Message):
     coordinator: str = ""
     lockstep_s: float = 0.0
     plans: bool = False
-    margin_m: float = math.inf
 
 
 class BeginGuidedResponse(Message):

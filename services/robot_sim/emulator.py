@@ -275,23 +275,21 @@ class Emulator:
         self.auxiliary.restore((), tick)
         self.faults.step(tick)
 
-    def begin_guided(self, *, plans: bool = False, margin_m: float = math.inf) -> None:
+    def begin_guided(self, *, plans: bool = False) -> None:
         """Follow a team coordinator's guidance from now on.
 
         Args:
             plans: Whether guidance has plans instead of cells.
-            margin_m: Distance by which the robot may be off its guidance.
 
         Raises:
-            CommandRefused: Not now, not such a robot, or too small a margin.
+            CommandRefused: Not now, or not such a robot.
         """
         self.check_load()
         self.hand_over_samples()
         initial = self._state()
-        self.onboard.begin_guided(plans=plans, margin_m=margin_m)
+        self.onboard.begin_guided(plans=plans)
         self.initial = initial
-        told = {"plans": True} if plans else {}
-        self._note("begin-guided", **told, **({"margin_m": margin_m} if math.isfinite(margin_m) else {}))
+        self._note("begin-guided", **({"plans": True} if plans else {}))
         self.work = self._no_paint()
         self.world.surroundings.surround(())
         self.settling.begin()

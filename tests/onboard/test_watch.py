@@ -77,18 +77,6 @@ def test_one_thing_alone_keeps_the_valve_closed(wrong: dict[str, Any], words: st
     assert words in problem and bool(words) == bool(problem)
 
 
-def test_a_job_that_allows_less_stops_the_robot_earlier_and_keeps_it_until_the_pose_is_better() -> None:
-    monitor = looked(position_sigma_m=0.006)
-    monitor.confine(0.0056)
-    monitor.look(TICK)
-    assert monitor.drive_problem() == "the position is unknown (σ above 5.6 mm)"
-    assert monitor.pose_problem
-    monitor.confine(math.inf)
-    monitor.look(TICK)
-    assert not monitor.drive_problem()
-    assert not monitor.pose_problem
-
-
 def test_nothing_is_painted_beside_the_line() -> None:
     assert looked().paint_problem(-0.029) == ""
     assert "30 mm" in looked().paint_problem(-0.031)

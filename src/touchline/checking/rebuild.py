@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
@@ -61,9 +60,7 @@ class Rebuild:
         self.refused: list[str] = []
         emulator = self._emulator
         self._orders: Mapping[str, Callable[[Mapping[str, Any]], object]] = {
-            "begin-guided": lambda details: emulator.begin_guided(
-                plans=bool(details.get("plans")), margin_m=float(details.get("margin_m", math.inf))
-            ),
+            "begin-guided": lambda details: emulator.begin_guided(plans=bool(details.get("plans"))),
             "guidance": lambda details: emulator.take_guidance(Guidance.model_validate(details)),
             "start": lambda _: emulator.start(),
             "pause": lambda _: emulator.pause(),

@@ -33,19 +33,11 @@ LOST_S: Final = 30.0
 """Sim time, s, in which standing robots must be localized."""
 
 
-def margin_of(team: TeamScenario) -> float:
-    """Return the distance (m) by which a team's robots may be off their cells or plans; infinite if not kept apart."""
-    return math.inf if team.avoid == "none" else _margin_m(team)
-
-
-def _margin_m(team: TeamScenario) -> float:
-    return team.radius_m - body_radius_m(team.vehicle)
-
-
 def settings_of(team: TeamScenario) -> TeamSettings:
     """Return the common settings of a scenario's robots."""
     drive, lease_s = team.vehicle.drive, team.onboard.team.lease_s
-    wall_radius_m = team.radius_m + max(_margin_m(team), 0.0) + team.onboard.team.doubt_m
+    margin_m = team.radius_m - body_radius_m(team.vehicle)
+    wall_radius_m = team.radius_m + max(margin_m, 0.0) + team.onboard.team.doubt_m
     return TeamSettings(team.radius_m, wall_radius_m, drive.max_acceleration_mps2, drive.transit_speed_mps, lease_s)
 
 
@@ -60,7 +52,7 @@ def plan_settings_of(team: TeamScenario, *, certain: bool = True) -> PlanSetting
     return PlanSettings(
         plan_limits(team),
         team.vehicle.drive.motor_time_constant_s,
-        _margin_m(team),
+        team.radius_m - body_radius_m(team.vehicle),
         certain=team.links.lossless and not team.faulty and certain,
         avoid=team.avoid,
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple
@@ -23,7 +22,6 @@ from touchline.onboard.estimation.report import report
 from touchline.onboard.executive.course import Course, prepare_course
 from touchline.onboard.executive.events import WARN, EventLog
 from touchline.onboard.executive.failsafe import Failsafe
-from touchline.onboard.executive.guided import most_sigma_m
 from touchline.onboard.executive.guided_tick import GuidedCourse
 from touchline.onboard.executive.localization_monitor import LocalizationMonitor, pose_limits
 from touchline.onboard.executive.move_off import MoveOffRules
@@ -96,7 +94,6 @@ class Onboard:
         self._estimator = Estimator(vehicle, config, self._state)
         self._watch = LocalizationMonitor(self._state, pose_limits(vehicle, config))
         self._vehicle, self._fence_limits, self._team = vehicle, config.fence, config.team
-        self._drive_sheet = config.drive
         name = config.follower if follower is None else follower.name
         follower = make_follower(config.follower, vehicle, ask, config) if follower is None else follower
         self._follower = GuardedFollower(follower, name, self._drive)
@@ -193,18 +190,13 @@ class Onboard:
             self.perception.know(course.obstacles)
         return duration_s
 
-    def begin_guided(self, *, plans: bool = False, margin_m: float = math.inf) -> None:
+    def begin_guided(self, *, plans: bool = False) -> None:
         """Follow a coordinator's guidance from now on; the robot stands until the first guidance arrives.
 
         Args:
             plans: Whether guidance has plans instead of cells.
-            margin_m: Distance by which the robot may be off its guidance.
-
-        Raises:
-            CommandRefused: Not now, not such a robot, or too small a margin.
         """
-        sigma_m = most_sigma_m(margin_m, self._vehicle, self._drive_sheet)
-        self._traversal.begin_guided(self._team, sigma_m, plans=plans)
+        self._traversal.begin_guided(self._team, plans=plans)
 
     def take_guidance(self, guidance: Guidance) -> bool:
         """Take guidance from the coordinator; return False if it cannot be used or the robot is not guided."""

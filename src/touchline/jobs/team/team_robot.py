@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Final
@@ -57,18 +56,17 @@ class TeamRobot:
         self._runner = FastRunner(self.emulator)
         self._rows = np.zeros((0, tick_log.columns(len(setup.vehicle.drive.actuators))))
 
-    def begin_guided(self, *, plans: bool, margin_m: float = math.inf) -> None:
+    def begin_guided(self, *, plans: bool) -> None:
         """Start to be guided.
 
         Args:
             plans: Whether by plans instead of cells.
-            margin_m: Distance by which it may be off that.
 
         Raises:
-            CommandRefused: Such a robot cannot be guided, or not within the margin.
+            CommandRefused: Such a robot cannot be guided.
         """
         self._tell_held()
-        self.emulator.begin_guided(plans=plans, margin_m=margin_m)
+        self.emulator.begin_guided(plans=plans)
         if self.telemetry is not None:
             self._publish(self.telemetry.begin([]))
 

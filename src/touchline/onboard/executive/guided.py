@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cached_property
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,38 +27,10 @@ from touchline.onboard.interface import TICK_S, TICKS_PER_S, Command, PaintBelie
 from touchline.onboard.protection.way import lay_straight
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Guidance, PlanState, Whereabouts
-from touchline.schemas.onboard import DriveSheet, TeamLimits
+from touchline.schemas.onboard import TeamLimits
 from touchline.schemas.vehicles import Vehicle
 
 Floats = NDArray[np.float64]
-
-MARGIN_SIGMAS: Final = 3.0
-"""σ of the place that a team's radius holds."""
-
-
-def most_sigma_m(margin_m: float, vehicle: Vehicle, sheet: DriveSheet) -> float:
-    """Return the position σ at which a guided robot has to brake.
-
-    Its σ grows while it brakes from full speed: s metres of its wheels alone add σ_w²·s to its variance sideways, and
-    2·σ_s²·τ·v·s along its way (slip with a correlation time τ). At rest `MARGIN_SIGMAS` σ are its margin at most.
-
-    Args:
-        margin_m: Distance by which the robot may be off its guidance: r_s less the radius of its body.
-        vehicle: The nominal robot.
-        sheet: Data sheet of its wheels: σ_w, σ_s and τ.
-
-    Raises:
-        CommandRefused: Braking alone takes more than the margin.
-    """
-    speed_mps, acceleration_mps2 = vehicle.drive.transit_speed_mps, vehicle.drive.max_acceleration_mps2
-    braking_m = speed_mps * drive_of(vehicle).lag_s + speed_mps**2 / (2.0 * acceleration_mps2)
-    along_m = 2.0 * sheet.slip_relative**2 * sheet.slip_tau_s * speed_mps
-    growth_m2 = max(sheet.side_slip_m_rtm**2, along_m) * braking_m
-    least_m = MARGIN_SIGMAS * math.sqrt(growth_m2)
-    if not margin_m > least_m:
-        need = f"by more than {least_m * 1e3:.1f} mm, as its wheels alone may be while it brakes"
-        raise CommandRefused(f"cannot be guided within {margin_m * 1e3:.1f} mm: let it be off its guidance {need}")
-    return math.sqrt((margin_m / MARGIN_SIGMAS) ** 2 - growth_m2)
 
 
 class GuidedDrive:

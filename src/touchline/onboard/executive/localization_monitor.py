@@ -58,8 +58,6 @@ OFF_LINE: Final = 12
 HEADING_UNCERTAIN: Final = 13
 UNKNOWN: Final = 14
 
-_LEAST_IN_METRES_M: Final = 0.01
-
 FIX_NAMES = {0: "no fix", 1: "a single fix", 2: "a float fix"}
 
 
@@ -210,24 +208,12 @@ class LocalizationMonitor:
     """
 
     def __init__(self, computer: ComputerState, limits: PoseLimits = _USUAL) -> None:
-        self._computer, self.findings, self._limits = computer, computer.pose, limits
-        self.findings.fix_age_s = limits.fix_age_s
-        self.findings.needs_fixes = limits.positioning != ODOMETRY
-        self.confine(math.inf)
-        seen = limits.positioning == OVERHEAD_CAMERA
+        self._computer, self.findings = computer, computer.pose
+        found, (positioning, found.fix_age_s, found.sigma_m, found.blind_sigma_m) = self.findings, limits
+        found.needs_fixes = positioning != ODOMETRY
+        seen = positioning == OVERHEAD_CAMERA
         self.source = "camera" if seen else "receiver"
         self._fix, self._fixes = ("camera pose", "camera's poses") if seen else ("fix", "fixes")
-
-    def confine(self, sigma_m: float) -> None:
-        """Set the position σ beyond which a job does not let the robot drive, if that is less than the robot's own.
-
-        A pause does not end beyond it, so that the robot does not set off just to brake again.
-
-        Args:
-            sigma_m: σ; infinite: the robot's own limits.
-        """
-        self.findings.sigma_m = min(self._limits.sigma_m, sigma_m)
-        self.findings.blind_sigma_m = min(self._limits.blind_sigma_m, sigma_m)
 
     def look(self, tick: int) -> None:
         """Evaluate a tick."""
@@ -267,8 +253,6 @@ class LocalizationMonitor:
         inconsistent = self._computer.filter.counters.inconsistent
         doubt = ", which is inconsistent: are the robot's files right?" if inconsistent else ""
         age = f"for more than {self.findings.fix_age_s:.1f} s"
-        blind_m = self.findings.blind_sigma_m
-        blind = f"{blind_m:.2f} m" if blind_m >= _LEAST_IN_METRES_M else f"{blind_m * 1e3:.1f} mm"
         return {
             NOT_STARTED: "the estimator has not started",
             OLD_CORRECTIONS: f"the RTK corrections are older than {MAX_CORRECTION_AGE_S:.0f} s",
@@ -282,5 +266,5 @@ class LocalizationMonitor:
             ENCODERS_SILENT: f"the wheel encoders' samples {silence}",
             OFF_LINE: f"the nozzle is off its line by more than {MAX_LATERAL_M * 1e3:.0f} mm",
             HEADING_UNCERTAIN: f"the heading is uncertain (σ above {math.degrees(MAX_HEADING_SIGMA_RAD):.1f}°)",
-            UNKNOWN: f"the position is unknown (σ above {blind})",
+            UNKNOWN: f"the position is unknown (σ above {self.findings.blind_sigma_m:.2f} m)",
         }[code]

@@ -17,7 +17,6 @@ some seconds.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from touchline.onboard.computer_state import ComputerState
@@ -138,7 +137,6 @@ class Traversal:
         if resume is not None:
             job.resume_at(resume)
         self.job, self._hazards.fence = job, course.fence
-        self._watch.confine(math.inf)
         self.clock.tick = max(self.clock.tick, resume.tick if resume is not None else 0)
         self.clock.elapsed_s = resume.elapsed_s if resume is not None else 0.0
         self._fallbacks_before = (resume.follower_fallbacks if resume is not None else 0) - self._follower.fallbacks
@@ -176,12 +174,11 @@ class Traversal:
         self._log.report(INFO, "replaced", f"another trajectory took over under way, {arc_m:.2f} m along it")
         return plan.total_time_s
 
-    def begin_guided(self, team: TeamLimits, sigma_m: float, *, plans: bool) -> None:
+    def begin_guided(self, team: TeamLimits, *, plans: bool) -> None:
         """Follow a coordinator's guidance from now on; the robot stands until the first guidance arrives.
 
         Args:
             team: Limits of the team.
-            sigma_m: Position σ beyond which the robot does not drive.
             plans: Whether guidance has plans instead of cells.
 
         Raises:
@@ -189,7 +186,6 @@ class Traversal:
         """
         self.check_load()
         self.job = GuidedDrive(self._vehicle, team, self._estimator, self._watch, self._computer, plans=plans)
-        self._watch.confine(sigma_m)
         self._hazards.take_fence_away()
         self.clock.elapsed_s = 0.0
         self._fallbacks_before = -self._follower.fallbacks
