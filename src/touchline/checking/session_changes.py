@@ -20,11 +20,6 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "changes the last digits."
         ),
         (
-            "A guided robot that loses its pose pauses before it may be farther off its cell or plan than r_s "
-            "allows (`docs/explanation/teams.md#without-a-pose`), instead of at a σ of 0.15 m. `BeginGuided` has "
-            "`margin_m`."
-        ),
-        (
             "The estimator learns what a robot's files are wrong about: gyro scale, place of the antenna, stamp "
             "offset (`gnss.antenna_sigma_m`, `gnss.stamp_offset_sigma_s`, `imu.gyro_scale_sigma`). Until the "
             "motion has told it, the claimed σ has it; a difference is reported (`files-differ`), kept over jobs "
