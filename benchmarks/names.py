@@ -83,7 +83,7 @@ OTHERS: Final = {"nothing": Kind("", lambda rng: {}), "bent": Kind("the fixes ar
 
 
 class Said(NamedTuple):
-    """What was said of a job: the robot's causes, and those of a calibration."""
+    """Causes that are named after a job: by the robot, and by a calibration."""
 
     robot: tuple[str, ...]
     calibrate: tuple[str, ...]

@@ -257,18 +257,18 @@ class Calibrations(Spec):
     """Calibrations of the robot's constants, by the drive; null: as by tape measure and data sheet."""
 
     gyro_scale: Calibrated | None = None
-    """Of `imu.gyro_scale_relative` and `imu.gyro_scale_sigma`."""
+    """Source of `imu.gyro_scale_relative` and `imu.gyro_scale_sigma`."""
     antenna: Calibrated | None = None
-    """Of the vehicle's `body.gnss_antenna_x_m` and `gnss_antenna_y_m`, and `gnss.antenna_sigma_m`."""
+    """Source of the vehicle's `body.gnss_antenna_x_m` and `gnss_antenna_y_m`, and of `gnss.antenna_sigma_m`."""
     stamp_offset: Calibrated | None = None
-    """Of `gnss.stamp_offset_s` and `gnss.stamp_offset_sigma_s`."""
+    """Source of `gnss.stamp_offset_s` and `gnss.stamp_offset_sigma_s`."""
     track_width: Calibrated | None = None
-    """Of the vehicle's `drive.track_width_m`."""
+    """Source of the vehicle's `drive.track_width_m`."""
     side_slip: Calibrated | None = None
-    """Of the vehicle's `drive.side_slip_rad_per_mps2`."""
+    """Source of the vehicle's `drive.side_slip_rad_per_mps2`."""
 
     def on(self, day: date) -> Self:
-        """These with their age on a day; none is younger than 0."""
+        """Return them with their age on a day; none is younger than 0."""
         known = {name: value for name, value in self if value is not None}
         aged = {
             name: value.model_copy(update={"age_days": max(float((day - value.day).days), 0.0)})

@@ -40,7 +40,7 @@ class Refused(NamedTuple):
 
 
 class Look(NamedTuple):
-    """What there is to be seen after some ticks.
+    """State of a drive after some ticks.
 
     Attributes:
         emulator: The robot; another one after a kill.
@@ -172,7 +172,7 @@ class CaseDrive:
 
     @property
     def _due(self) -> bool:
-        """Whether the next order is to be given: one that comes after the end of the job, at once."""
+        """Return whether the next order is to be given: one that comes after the end of the job, at once."""
         emulator = self._emulator
         over = not emulator.active and emulator.onboard.state != ESTOPPED
         return bool(self._ahead) and (over or self._ahead[0].tick <= emulator.tick_count)
@@ -203,7 +203,7 @@ class CaseDrive:
         self._emulator.heard.clear()
 
     def _help(self) -> Order | None:
-        """What a patient operator does now about a robot that stands."""
+        """Return the order that a patient operator gives now to a robot that stands."""
         emulator, tick = self._emulator, self._emulator.tick_count
         status = emulator.onboard.status
         if not self._patient or not self._stands_since or tick - self._stands_since < PATIENCE_TICKS:

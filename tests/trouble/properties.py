@@ -91,7 +91,7 @@ class SaidOrRight(Property):
         self._wrong_ticks, self._said = 0, False
 
     def wrong(self, now: Look) -> str:
-        """What is wrong at present; "" if nothing is."""
+        """Present violation; "" if there is none."""
         raise NotImplementedError
 
     def look(self, now: Look) -> None:

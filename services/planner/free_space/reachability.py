@@ -56,12 +56,11 @@ class PoseNode(NamedTuple):
 
 
 class Portal(NamedTuple):
-    """Positions at which a way passes from one tight node to another, at one heading (rad)."""
+    """Positions at which a way passes from one tight node to another, at the heading of both."""
 
     node: PoseNode
     other: PoseNode
     polygon: shapely.Polygon
-    heading_rad: float
 
 
 @dataclass(frozen=True)
@@ -134,15 +133,15 @@ class Reachability:
 
     def joints(self, interval: Interval) -> Iterator[Joint]:
         """Joints of a slice with those that it shares a heading with; the slice is the first of each joint."""
-        for other, heading in self._neighbours(interval):
+        for other in self._neighbours(interval):
             if (interval, other) not in self._joints:
-                self._joints[interval, other] = _joint(self.slice(interval), self.slice(other), heading)
+                self._joints[interval, other] = _joint(self.slice(interval), self.slice(other))
             yield self._joints[interval, other]
 
-    def _neighbours(self, interval: Interval) -> list[tuple[Interval, float]]:
-        """Intervals that share a heading with an interval, and that heading."""
+    def _neighbours(self, interval: Interval) -> list[Interval]:
+        """Intervals that share a heading with an interval."""
         at = bisect_right(self._intervals, (interval[0], math.inf)) - 1
-        return [(self._intervals[at - 1], interval[0]), (self._intervals[at + 1 - len(self._intervals)], interval[1])]
+        return [self._intervals[at - 1], self._intervals[at + 1 - len(self._intervals)]]
 
     def _at(self, interval: Interval, pose: PathPose) -> list[PoseNode]:
         sliced, point = self.slice(interval), shapely.Point(pose.x_m, pose.y_m)
@@ -180,7 +179,7 @@ class Reachability:
                 yield from (portal.other for portal in joint.portals if portal.node == node)
             return
         yield from (PoseNode(node.interval, True, int(index)) for index in np.flatnonzero(sliced.within == node.number))
-        for (other, _), joint in zip(self._neighbours(node.interval), self.joints(node.interval), strict=True):
+        for other, joint in zip(self._neighbours(node.interval), self.joints(node.interval), strict=True):
             yield from (PoseNode(other, False, second) for first, second in joint.loose if first == node.number)
 
     def _cost(self, node: PoseNode, following: PoseNode) -> float:
@@ -215,11 +214,11 @@ def _doubtful(node: PoseNode | None, before: dict[PoseNode, PoseNode | None]) ->
     return found
 
 
-def _joint(first: HeadingSlice, second: HeadingSlice, heading: float) -> Joint:
+def _joint(first: HeadingSlice, second: HeadingSlice) -> Joint:
     a, b = _meeting(first.tight, second.tight)
     common = intersections(first.tight[a], second.tight[b]) if len(a) else np.empty(0, object)
     portals = [
-        Portal(PoseNode(first.interval, True, int(i)), PoseNode(second.interval, True, int(j)), part, heading)
+        Portal(PoseNode(first.interval, True, int(i)), PoseNode(second.interval, True, int(j)), part)
         for i, j, shape in zip(a, b, common, strict=True)
         for part in shapely.get_parts(as_area(shape))
         if part.area > 0.0

@@ -2,7 +2,7 @@
 
 import math
 import sys
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,7 +15,7 @@ from touchline.cli.display import print_event, print_figures, print_json, print_
 from touchline.cli.groups import with_groups
 from touchline.cli.job_terminal import Terminal
 from touchline.cli.number_list import numbers_of
-from touchline.cli.options import ExitCode, JsonOption, check_plot, config_of, speed_factor
+from touchline.cli.options import ExitCode, JsonOption, check_plot, config_of, refuse_options, speed_factor
 from touchline.jobs.watcher import JobFailed
 from touchline.recordings.writing import check_recordable, check_writable
 from touchline.schemas import topics
@@ -111,9 +111,7 @@ class DriveChoice:
         Raises:
             SpecError: One of them is given.
         """
-        for each in fields(self):
-            if (value := getattr(self, each.name)) is not None:
-                raise SpecError("command line", f"--{each.name}", f"is {value!s}, {problem}", remedy)
+        refuse_options(self, problem, remedy)
 
 
 def calibrate(

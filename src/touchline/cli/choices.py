@@ -1,7 +1,7 @@
 """Groups of options: planning, vehicle and setup."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
@@ -9,6 +9,7 @@ from typing import Annotated, Literal, TypeVar
 import numpy as np
 import typer
 
+from touchline.cli.options import refuse_options
 from touchline.cli.plugin_option import PluginOption
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import SpecError
@@ -239,9 +240,7 @@ class SetupChoice:
         Raises:
             SpecError: One of them is given.
         """
-        for field in fields(self):
-            if (value := getattr(self, field.name)) is not None:
-                raise SpecError("command line", f"--{field.name}", f"is {value!s}, {problem}", remedy)
+        refuse_options(self, problem, remedy)
 
     def chosen_robots(self, fleet: Path | None, namespaces: Sequence[str]) -> dict[str, Setup]:
         """Return the robots in the file ``fleet``; without it, robots of these names with the options applied.

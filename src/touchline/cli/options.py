@@ -132,3 +132,14 @@ def config_of(robot: str | None) -> "BusConfig":
     from touchline.bus import BusConfig
 
     return BusConfig.from_environment([robot] if robot is not None else ())
+
+
+def refuse_options(options: object, problem: str, remedy: str) -> None:
+    """Refuse a dataclass of options that are None unless they are given.
+
+    Raises:
+        SpecError: One of them is given.
+    """
+    for name, value in vars(options).items():
+        if value is not None:
+            raise SpecError("command line", f"--{name}", f"is {value!s}, {problem}", remedy)

@@ -2,7 +2,7 @@
 
 A kernel becomes the machine code of one function, which takes the address of a block of words (`kernel_arguments`),
 rebuilds the arguments from it, calls the kernel and leaves the result behind them. The code needs nothing of Numba or
-Python but `malloc` and `free`: Numba's runtime is replaced by the one below.
+Python but `malloc` and `free`: Numba's runtime is replaced by another (`kernel_runtime`).
 
 Most kernels are called by other kernels only, whose code then holds theirs. Numba's public dispatcher would optimise
 each of them together with all that it calls, make it into machine code and wrap it for Python, and once more for every
@@ -32,6 +32,8 @@ from numba.np.numpy_support import as_dtype, from_dtype
 from touchline.core.kernel_arguments import ArrayType, RecordType, Tree, TupleType, UnsupportedArgumentError, width
 from touchline.core.kernel_code import target_machine
 from touchline.core.kernel_function import ClassFunction, KernelFunction
+from touchline.core.kernel_passes import optimise, simplify
+from touchline.core.kernel_runtime import CALL, RUNTIME
 from touchline.core.native_call import native_name, native_text
 
 # So many new objects between two collections: compiling makes a great many, hardly any of which are garbage then.
@@ -52,151 +54,6 @@ _RESULTS: Final = {
     types.none: "none",
 }
 
-# Numba's runtime for code that owns all of its memory: (references, destructor, its data, memory, size, allocator),
-# as in numba/core/runtime/nrt.cpp; the memory of an array lies behind that, the memory of a list elsewhere.
-_RUNTIME: Final = """
-%block = type { i64, ptr, ptr, ptr, i64, ptr }
-declare ptr @malloc(i64)
-declare ptr @realloc(ptr, i64)
-declare void @free(ptr)
-define ptr @numba_unpickle(ptr %data, i32 %length, ptr %digest) {
-  ret ptr null
-}
-define ptr @numba_runtime_build_excinfo_struct(ptr %description, ptr %arguments) {
-  ret ptr null
-}
-define ptr @NRT_Allocate(i64 %size) {
-  %p = call ptr @malloc(i64 %size)
-  ret ptr %p
-}
-define void @NRT_Free(ptr %p) {
-  call void @free(ptr %p)
-  ret void
-}
-define ptr @NRT_MemInfo_alloc_aligned(i64 %size, i32 %align) {
-  %wide = zext i32 %align to i64
-  %room = add i64 %wide, 48
-  %all = add i64 %room, %size
-  %base = call ptr @malloc(i64 %all)
-  %none = icmp eq ptr %base, null
-  br i1 %none, label %out, label %got
-got:
-  %first = ptrtoint ptr %base to i64
-  %behind = add i64 %first, %room
-  %odd = urem i64 %behind, %wide
-  %at = sub i64 %behind, %odd
-  %data = inttoptr i64 %at to ptr
-  store %block zeroinitializer, ptr %base
-  store i64 1, ptr %base
-  %d = getelementptr %block, ptr %base, i32 0, i32 3
-  store ptr %data, ptr %d
-  %s = getelementptr %block, ptr %base, i32 0, i32 4
-  store i64 %size, ptr %s
-  br label %out
-out:
-  ret ptr %base
-}
-define ptr @NRT_MemInfo_alloc(i64 %size) {
-  %b = call ptr @NRT_MemInfo_alloc_aligned(i64 %size, i32 16)
-  ret ptr %b
-}
-define void @NRT_MemInfo_call_dtor(ptr %b) {
-  %f = getelementptr %block, ptr %b, i32 0, i32 1
-  %dtor = load ptr, ptr %f
-  %none = icmp eq ptr %dtor, null
-  br i1 %none, label %out, label %end
-end:
-  %i = getelementptr %block, ptr %b, i32 0, i32 2
-  %info = load ptr, ptr %i
-  %d = getelementptr %block, ptr %b, i32 0, i32 3
-  %data = load ptr, ptr %d
-  %s = getelementptr %block, ptr %b, i32 0, i32 4
-  %size = load i64, ptr %s
-  call void %dtor(ptr %data, i64 %size, ptr %info)
-  br label %out
-out:
-  call void @free(ptr %b)
-  ret void
-}
-define internal void @touchline_varsize_dtor(ptr %data, i64 %size, ptr %info) {
-  %none = icmp eq ptr %info, null
-  br i1 %none, label %out, label %end
-end:
-  call void %info(ptr %data, i64 %size, ptr null)
-  br label %out
-out:
-  call void @free(ptr %data)
-  ret void
-}
-define ptr @NRT_MemInfo_new_varsize_dtor(i64 %size, ptr %dtor) {
-  %base = call ptr @malloc(i64 48)
-  %data = call ptr @malloc(i64 %size)
-  store %block zeroinitializer, ptr %base
-  store i64 1, ptr %base
-  %f = getelementptr %block, ptr %base, i32 0, i32 1
-  store ptr @touchline_varsize_dtor, ptr %f
-  %i = getelementptr %block, ptr %base, i32 0, i32 2
-  store ptr %dtor, ptr %i
-  %d = getelementptr %block, ptr %base, i32 0, i32 3
-  store ptr %data, ptr %d
-  %s = getelementptr %block, ptr %base, i32 0, i32 4
-  store i64 %size, ptr %s
-  ret ptr %base
-}
-define ptr @NRT_MemInfo_new_varsize(i64 %size) {
-  %b = call ptr @NRT_MemInfo_new_varsize_dtor(i64 %size, ptr null)
-  ret ptr %b
-}
-define ptr @NRT_MemInfo_varsize_alloc(ptr %b, i64 %size) {
-  %data = call ptr @malloc(i64 %size)
-  %d = getelementptr %block, ptr %b, i32 0, i32 3
-  store ptr %data, ptr %d
-  %s = getelementptr %block, ptr %b, i32 0, i32 4
-  store i64 %size, ptr %s
-  ret ptr %data
-}
-define ptr @NRT_MemInfo_varsize_realloc(ptr %b, i64 %size) {
-  %d = getelementptr %block, ptr %b, i32 0, i32 3
-  %old = load ptr, ptr %d
-  %data = call ptr @realloc(ptr %old, i64 %size)
-  store ptr %data, ptr %d
-  %s = getelementptr %block, ptr %b, i32 0, i32 4
-  store i64 %size, ptr %s
-  ret ptr %data
-}
-define void @NRT_MemInfo_varsize_free(ptr %b, ptr %data) {
-  call void @free(ptr %data)
-  %d = getelementptr %block, ptr %b, i32 0, i32 3
-  %own = load ptr, ptr %d
-  %same = icmp eq ptr %own, %data
-  br i1 %same, label %clear, label %out
-clear:
-  store ptr null, ptr %d
-  br label %out
-out:
-  ret void
-}
-"""
-
-
-# The function that is called: null, or the address of what describes the exception.
-_CALL: Final = """
-declare i32 @"{inner}"(ptr, ptr, ptr)
-define ptr @"{name}"(ptr %block) {{
-  %result = alloca ptr
-  %error = alloca ptr
-  store ptr null, ptr %result
-  store ptr null, ptr %error
-  %code = call i32 @"{inner}"(ptr %result, ptr %error, ptr %block)
-  %well = icmp eq i32 %code, 0
-  %none = icmp eq i32 %code, -2
-  %good = or i1 %well, %none
-  %described = load ptr, ptr %error
-  %answer = select i1 %good, ptr null, ptr %described
-  ret ptr %answer
-}}
-"""
-
 
 class _Part(JITCodeLibrary):
     """Code of one function, to be linked into that of the kernels that Python calls, which is optimised as a whole.
@@ -214,7 +71,7 @@ class _Part(JITCodeLibrary):
     def add_ir_module(self, ir_module: Any) -> None:
         """Add code of the function."""
         module = llvm.parse_assembly(str(ir_module))
-        _simplify(module)
+        simplify(module)
         self.module.link_in(module)
 
     def add_linking_library(self, library: Any) -> None:
@@ -473,7 +330,7 @@ def _emitted(entry: Any, name: str, native: str) -> bytes:
     Numba's functions return a code, 0 and −2 if all is well, and store where their exception is described.
     """
     module = _linked(entry.library)
-    module.link_in(llvm.parse_assembly(_RUNTIME + _CALL.format(name=name, inner=entry.fndesc.llvm_func_name)))
+    module.link_in(llvm.parse_assembly(RUNTIME + CALL.format(name=name, inner=entry.fndesc.llvm_func_name)))
     if native:
         module.link_in(llvm.parse_assembly(f'declare ptr @"{name}"(ptr)\n{native}'))
     for function in module.functions:
@@ -482,7 +339,7 @@ def _emitted(entry: Any, name: str, native: str) -> bytes:
     for variable in module.global_variables:
         if not variable.is_declaration:
             variable.linkage = "internal"
-    _optimise(module)
+    optimise(module)
     for function in module.functions:
         if function.is_declaration and not (function.name.startswith("llvm.") or hasattr(_process, function.name)):
             raise UnsupportedArgumentError(f"{name} needs {function.name} of Numba")
@@ -517,31 +374,3 @@ def _of_numba(library: Any) -> Any:
         if not function.is_declaration and function.linkage == llvm.Linkage.external:
             function.linkage = "linkonce_odr"
     return module
-
-
-def _simplify(module: Any) -> None:
-    """Make the code of a function smaller, once for all kernels that it is linked into."""
-    passes = llvm.create_new_module_pass_manager()
-    passes.add_sroa_pass()
-    passes.add_simplify_cfg_pass()
-    passes.add_instruction_combine_pass()
-    passes.add_jump_threading_pass()
-    passes.add_refprune_pass()
-    passes.run(module, _builder())
-
-
-def _optimise(module: Any) -> None:
-    """Optimise the code of a kernel and all that it calls; references are paired once more after inlining."""
-    passes = _builder().getModulePassManager()
-    passes.add_refprune_pass()
-    passes.add_global_dead_code_eliminate_pass()
-    passes.add_strip_dead_prototype_pass()
-    passes.run(module, _builder())
-
-
-@cache
-def _builder() -> Any:
-    """Pass builder with Numba's settings, for the machine that code is made for."""
-    options = llvm.create_pipeline_tuning_options(3)
-    options.loop_vectorization, options.slp_vectorization = True, False
-    return llvm.create_pass_builder(target_machine(), options)
