@@ -3,9 +3,6 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-TOOLS := $(VENV)/.tools
-# Of all packages, compiling every module takes two fifths of the time; those that are imported are compiled then.
-INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt
 # Hundreds of processes are started here: without this each would compile all sources where the variable is set.
 unexport PYTHONDONTWRITEBYTECODE
 # Tests of whole systems, and those that mostly wait for others or for the screen, run beside those that reckon: more of
@@ -21,22 +18,21 @@ ROS2 := build/ros2
 demo: $(STAMP)
 	$(BIN)/touchline demo
 
-# Kernels are compiled while the tools are installed.
 test: $(STAMP)
 	$(MAKE) --no-print-directory -j 3 kernels lint bytecode
 	$(BIN)/python -m pytest -q -n 4 --dist loadgroup -m "not full" $(TESTS)
 
 # What `test` leaves out: many seeds, vehicles and followers, the published studies, the longer benchmarks, fuzzers.
-test-full: $(TOOLS)
-	$(INSTALL) 'touchline[fuzz]'
+test-full: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[fuzz]'
 	$(BIN)/python -m pytest -q -n 3 --dist loadgroup -m full tests
 
 # Rooms that start no process and compile little.
-quick: $(TOOLS)
+quick: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/python -m pytest -q -n 2 -m "not full" tests/schemas tests/core tests/drawings tests/imports tests/onboard
 
-lint: $(TOOLS) tree
+lint: $(STAMP) tree
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -44,15 +40,15 @@ lint: $(TOOLS) tree
 	$(BIN)/python -m tests.house
 
 # The site, build/docs/index.html.
-docs: $(TOOLS)
+docs: $(STAMP)
 	$(BIN)/python -m sphinx -q -W --keep-going -d build/doctrees docs build/docs
 
 # Links to other hosts, which takes a network; no part of the tests.
-linkcheck: $(TOOLS)
+linkcheck: $(STAMP)
 	$(BIN)/python -m sphinx -q -b linkcheck -D nb_execution_mode=off docs build/linkcheck
 
 # Of the tests, which otherwise every process that tests would make for itself.
-bytecode: $(TOOLS)
+bytecode: $(STAMP)
 	$(BIN)/python -m pytest -q --collect-only $(TESTS) > /dev/null
 
 # The package in one place, as it is when installed: for type checkers, editors and drawings of the imports.
@@ -72,17 +68,17 @@ wheel: $(STAMP)
 	rm -rf research/build
 
 # Of what `touchline[standard]` installs, as CycloneDX: dist/sbom.json.
-sbom: $(TOOLS)
+sbom: $(STAMP)
 	$(PYTHON) -m venv --clear build/sbom
 	build/sbom/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt '.[standard]'
 	mkdir -p dist
 	$(BIN)/cyclonedx-py environment --pyproject pyproject.toml --output-reproducible -o dist/sbom.json build/sbom/bin/python
 
 # Hashes of the packages that are installed on machines: deploy/requirements.txt.
-lock: $(TOOLS)
+lock: $(STAMP)
 	$(BIN)/python deploy/lock_packages.py
 
-bench: $(TOOLS)
+bench: $(STAMP)
 	$(BIN)/python -m benchmarks
 
 # Type hashes by ROS 2's code generator, which tests/rosidl holds ours to.
@@ -104,23 +100,19 @@ $(ROS2)/.wheels: tests/rosidl/wheels.txt tests/rosidl/install_wheels.sh
 	@touch $@
 
 # What viewers draw, read by the libraries of Foxglove and Lichtblick; it takes node and npm.
-node-readers: $(TOOLS)
+node-readers: $(STAMP)
 	mkdir -p build/node-readers
 	cp tests/foreign_readers/package.json build/node-readers/
 	npm install --prefix build/node-readers --no-package-lock --no-audit --no-fund --silent
 	$(BIN)/python -m pytest -q tests/bridge/test_foreign_readers.py
 
-# What a user has.
+# Of all packages, compiling every module takes two fifths of the time; those that are imported are compiled then.
 $(STAMP): pyproject.toml research/pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "Touchline needs Python 3.11 or newer: run make PYTHON=/path/to/python3.11"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(INSTALL) -e '.[standard]' -e ./research
-	@touch $@
-
-# What its developers have besides.
-$(TOOLS): $(STAMP)
-	$(INSTALL) 'touchline[docs,test]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt \
+		-e '.[docs,test]' -e ./research
 	@touch $@
 
 clean:
