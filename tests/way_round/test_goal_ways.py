@@ -109,3 +109,12 @@ def test_a_robot_among_what_may_move_goes_round_where_it_may_pass(seed: int) -> 
     assert not hits(done)
     from_rest = [each for each in done.outcome.earlier if each.reason == goal_pursuit.GO_ROUND]
     assert len(from_rest) <= 1  # protection lets it drive the ways that it plans
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_robot_that_begins_before_the_end_of_a_wall_goes_round_it(seed: int) -> None:
+    done = going(*wall((1.15, -3.0), (1.15, 0.2)), seed=seed)  # 0.3 m before its nose, with its heading not yet known
+    assert not done.problem
+    assert not hits(done)
+    from_rest = [each for each in done.outcome.earlier if each.reason == goal_pursuit.GO_ROUND]
+    assert len(from_rest) <= 5  # protection lets it drive the ways that it plans

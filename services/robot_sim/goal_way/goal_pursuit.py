@@ -71,8 +71,10 @@ HASTE: Final = 0.3
 """Share of the time for which the present way is kept after which a driving robot takes the first way that it finds."""
 DETOUR: Final = 1.3
 """Factor of the least time from which a way with less margin is looked for, too."""
-OFF_WAY_M: Final = 0.03
-"""Allowance for the robot's distance from its way, and for the spacing of the poses that protection looks at."""
+OFF_WAY_M: Final = 0.02
+OFF_WAY_RAD: Final = 0.03
+"""Allowance for the robot's distance from its way and for its heading, which protection adds to what is needed, and for
+the spacing of the poses that it looks at."""
 BACK_M: Final = (0.3, 0.8)
 """Distances by which a robot backs off that stands too near to something to drive another way."""
 SQUARE_M: Final = 5.0
@@ -125,6 +127,7 @@ class GoalPursuit:
         braking_mps2 = emulator.onboard.protection.braking_mps2
         self._passing_m = passing_m(self._vehicle, braking_mps2)
         self._coming_m = coming_m(self._vehicle, braking_mps2, 0.0)
+        self._off_way_m = OFF_WAY_M + OFF_WAY_RAD * float(np.hypot(*self._body.T).max())
         self._clear_m = 0.0
         self._way = WayAhead.at(self._pose)
         self._scan_tick = -1
@@ -272,7 +275,8 @@ class GoalPursuit:
     def _backs_off(self) -> Planning[ChosenWay | None]:
         """Return a way straight back over seen ground to where another way begins; None if there is none."""
         x, y, heading = self._pose
-        now_m = WayAhead.at(self._pose).clearance_m(self._body, self._seen.things_m, self._needed_m)
+        needed_m = self._needed_now_m
+        now_m = WayAhead.at(self._pose).clearance_m(self._body, self._seen.things_m, needed_m)
         for back_m in BACK_M:
             pose = x - back_m * math.cos(heading), y - back_m * math.sin(heading), heading
             goal = PoseGoal(x_m=pose[0], y_m=pose[1], heading_rad=math.remainder(heading, math.tau))
@@ -281,7 +285,7 @@ class GoalPursuit:
             if isinstance(planned, str):
                 return None
             way = WayAhead.of(planned.trajectory)
-            near_m = way.clearance_m(self._body, self._seen.things_m, self._needed_m)
+            near_m = way.clearance_m(self._body, self._seen.things_m, needed_m)
             if near_m < now_m - NEARER_M or not self._seen_free_behind(way):
                 return None
             if WayAhead.at(pose).clearance_m(self._body, self._seen.things_m, self._needed_m) < self._needed_m:
@@ -423,13 +427,13 @@ class GoalPursuit:
         near |= way.station_m < begins.station_m[-1] - begins.station_m[0]
         first, rest = way.where(near), way.where(~near)
         return (
-            first.clearance_m(self._body, things_m, needed_m) >= self._nearest_m(begins)
+            first.clearance_m(self._body, things_m, self._needed_now_m) >= self._nearest_m(begins)
             and rest.clearance_m(self._body, things_m, needed_m) >= needed_m
         )
 
     def _nearest_m(self, begins: WayAhead) -> float:
         """Return the distance from things down to which protection lets the robot come near to where a way begins."""
-        return max(begins.clearance_m(self._body, self._seen.things_m, self._needed_m), 0.0) - NEARER_M
+        return max(begins.clearance_m(self._body, self._seen.things_m, self._needed_now_m), 0.0) - NEARER_M
 
     @property
     def _levels_m(self) -> tuple[float, ...]:
@@ -444,11 +448,16 @@ class GoalPursuit:
 
         From what may move it is that at which the robot comes to rest: from there on it may come no nearer.
         """
-        perception = self._emulator.onboard.perception
-        hits = perception.hits if perception is not None else None
-        error_m = min(hits.error_m, ERROR_M) if hits is not None else 0.0
+        return self._needed_with_m(min(self._emulator.onboard.protection.error_m, ERROR_M))
+
+    @property
+    def _needed_now_m(self) -> float:
+        """The same where the robot begins a way, by the error that hits have now."""
+        return self._needed_with_m(self._emulator.onboard.protection.error_m)
+
+    def _needed_with_m(self, error_m: float) -> float:
         again_m = error_m + OFF_AGAIN_M if self._coming_m > 0.0 else 0.0
-        return self._vehicle.protection.margin_m + error_m + OFF_WAY_M + self._coming_m + again_m
+        return self._vehicle.protection.margin_m + error_m + self._off_way_m + self._coming_m + again_m
 
     def _seen_free_behind(self, way: WayAhead) -> bool:
         """Return whether a robot that drives this way goes backward only over ground that it has seen as free."""

@@ -205,6 +205,11 @@ class Protector:
         return self._way.braking_mps2
 
     @property
+    def error_m(self) -> float:
+        """Bound on the error of the hits that the robot counts on."""
+        return self._way.error_m
+
+    @property
     def zones(self) -> ProtectionZones | None:
         """Zones of the robot as it is now; None if nothing is watched."""
         return zones_of(self._computer, self._body) if self.on else None

@@ -135,22 +135,23 @@ def lay_straight(computer: Computer) -> None:
 def _needed_m(way: WayState, j: int, off_m: float) -> float:
     """Return the clearance that is needed at a pose from things that stand.
 
-    A robot that is nearer than that already may move as long as it does not come nearer still.
+    A robot that is nearer than that already may move as long as it does not come nearer still: where it is, its
+    distance from the path is measured with the rest.
     """
     nearest_m = min(way.clear_m[0], way.standing_m[0]) + way.slack_m[0]
-    needed_m: float = min(way.margin_m + way.error_m, nearest_m - way.slack_m[j]) + off_m
+    needed_m: float = min(way.margin_m + way.error_m + off_m, nearest_m - way.slack_m[j])
     return needed_m
 
 
 @kernel
-def _before_m(way: WayState, j: int) -> float:
+def _before_m(way: WayState, j: int, off_m: float) -> float:
     """Return the way up to which the robot may come before a pose that it may not reach.
 
     One that is nearer to something than it may be stops at the pose before: half of the way to the next one in each
     scan would be a creep into contact.
     """
     before_m: float = way.ahead_m[max(j - 1, 0)]
-    if min(way.clear_m[0], way.standing_m[0]) + way.slack_m[0] >= way.margin_m + way.error_m:
+    if min(way.clear_m[0], way.standing_m[0]) + way.slack_m[0] >= way.margin_m + way.error_m + off_m:
         before_m = 0.5 * (before_m + way.ahead_m[j])
     return before_m
 
@@ -203,7 +204,7 @@ def _allowed_mps(way: WayState, travelled_m: float, off_m: float, age_s: float) 
             by_s = latest_at(far_m - travelled_m, v, stopping)
             if not fixed and room_m >= way.thing_mps * (age_s + by_s) - _EXACT_M:
                 continue
-            slower = speed_to_stop_in(_before_m(way, j) - travelled_m, stopping) if j > 0 else 0.0
+            slower = speed_to_stop_in(_before_m(way, j, off_m) - travelled_m, stopping) if j > 0 else 0.0
             if way.thing_mps > 0.0 and not fixed:
                 left_s = room_m / way.thing_mps - age_s - stopping.reaction_s - stopping.creep_s
                 slower = max(slower, stopping.braking_mps2 * left_s)
@@ -271,10 +272,10 @@ def find_stop(computer: Computer) -> None:
         passes = leaves and way.clear_m[j] + way.slack_m[j] >= kept_m and way.standing_m[j] >= needed_m
         if math.isinf(way.stop_m) and not passes:
             if way.clear_m[j] < needed_m + grown_m or way.standing_m[j] < needed_m:
-                way.stop_m = _before_m(way, j)
+                way.stop_m = _before_m(way, j, off_m)
             elif nearer and way.clear_m[j] < needed_m + grown_m + way.error_m + OFF_AGAIN_M:
                 way.stop_m = way.ahead_m[j - 1]
-        needed_m -= off_m
+        needed_m = _needed_m(way, j, 0.0) - _EXACT_M
         way.room_m = min(way.room_m, way.clear_m[j] - needed_m)
         way.fixed_room_m = min(way.fixed_room_m, way.standing_m[j] - needed_m)
 
