@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from touchline.onboard import Onboard
 from touchline.onboard.computer_state import FLOW_WINDOW_TICKS, ComputerState
+from touchline.onboard.estimation.blind_run import LONGEST_TICKS
 from touchline.onboard.estimation.filter import Estimator, Gathered
 from touchline.onboard.interface import ANGLES, Command
 from touchline.schemas.errors import SpecError
@@ -63,9 +64,10 @@ _MOST: Final[Mapping[str, float]] = {
     f"{_TRANSPORT}.pending_count": PENDING,
     f"{COMPUTER}.safety.flow_first": FLOW_WINDOW_TICKS - 1,
     f"{COMPUTER}.safety.flow_count": FLOW_WINDOW_TICKS,
+    f"{COMPUTER}.filter.blind.span_ticks": LONGEST_TICKS,
     "receiver.fix": FIXED,
 }
-"""Largest values of fields that kernels use as an index."""
+"""Largest values of fields that kernels use as an index, and of a length in ticks, which may exceed the tick."""
 _MOST_COUNT: Final = 1 << 40
 _MOST_BYTES: Final = 4_000_000
 _MOST_FIELDS: Final = 1000

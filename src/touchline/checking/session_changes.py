@@ -16,6 +16,12 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "rest. Beside the end of a wall a robot was stopped on way after way, and gave up."
         ),
         (
+            "A robot that is nearer to something than it may be may drive on where it comes no nearer, though it "
+            "is not exactly on its path; ways to goals begin by the error that hits have then, and keep what a "
+            "long body needs to turn. In mode `protect` robots beside the end of a wall were stopped on way after"
+            " way, and gave up."
+        ),
+        (
             "The filter's updates and the steps of the emulated world are calculated in another order, which "
             "changes the last digits."
         ),
