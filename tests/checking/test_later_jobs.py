@@ -12,6 +12,7 @@ from tests.checking.day_of_jobs import Day, write
 from tests.checking.short_sessions import BEND
 from tests.checking.test_mutations import LATE, MUTATIONS
 from touchline.checking.check_session import check_recording, update_recording
+from touchline.onboard.estimation.blind_run import FIRST_TICKS
 from touchline.schemas import topics
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.cdr import decode, encode
@@ -21,7 +22,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.initial_state import DamagedState
+from touchline.services.robot_sim.initial_state import DamagedState, InitialState
 
 pytestmark = pytest.mark.xdist_group("checking")
 WIDE = Template(
@@ -277,6 +278,14 @@ def watchful_day():
     day.drive()
     day.brief_job()
     return day
+
+
+def test_the_state_of_a_job_soon_after_switching_on_can_be_read():
+    day = Day()
+    while not day.emulator.onboard.estimator.ring.blind.span_ticks:
+        day.emulator.tick()
+    day.load_drive(1.0)
+    assert InitialState.from_text(day.emulator.initial.text).tick < FIRST_TICKS
 
 
 @pytest.mark.parametrize("number", range(2))
