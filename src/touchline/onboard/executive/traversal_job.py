@@ -12,6 +12,8 @@ class Step(NamedTuple):
     """Result of a tick of a running job: the command, and whether it ends the running."""
 
     command: Command
+    waits: str = ""
+    """What the robot waits for, while it drives no farther than it may without that."""
     hold: str = ""
     """Reason to pause until it is better."""
     refusal: str = ""
