@@ -134,16 +134,20 @@ def test_what_it_says_is_where_it_would_stop() -> None:
     assert off(robot, said.stop_x_m, said.stop_y_m) < 0.02
 
 
-def test_ticks_run_fast_are_the_ticks_run_one_by_one() -> None:
+@pytest.mark.parametrize(("margin_m", "blind_s"), [(0.0, 0.0), (0.012, 2.0)])
+def test_ticks_run_fast_are_the_ticks_run_one_by_one(margin_m: float, blind_s: float) -> None:
     """Whole stretches between updates, some of which a fault or a command breaks off."""
     digests, told = [], []
     for fast in (True, False):
-        robot = aligned(guided())
+        robot = aligned(guided(margin_m=margin_m))
         telemetry, runner, said = Telemetry(robot), FastRunner(robot), list[tuple[str, bytes]]()
         telemetry.begin([])
         for update in range(16):
             tell(robot, 1 + update, 2.5, 1.2 + 0.05 * update)
-            if update == 6:
+            if update == 1 and blind_s:
+                robot.inject_fault(CameraOutage(kind="camera-outage", duration_s=blind_s))
+                telemetry.news()
+            elif update == 6:
                 robot.inject_fault(ImuBias(kind="imu-bias", start_s=0.13, duration_s=0.05, gyro_radps=0.01))
                 telemetry.news()
             elif update == 9:
@@ -164,6 +168,7 @@ def test_ticks_run_fast_are_the_ticks_run_one_by_one() -> None:
             said += [(topic.name, payload) for topic, payload in telemetry.told()]
         digests.append(telemetry.digest.hexdigest())
         told.append(sorted(said, key=itemgetter(0)))
+    assert any(b"waiting for its pose" in payload for _, payload in told[1]) == bool(blind_s)
     assert told[0] == told[1]
     assert digests[0] == digests[1]
 

@@ -34,7 +34,7 @@ LOST_S: Final = 30.0
 
 
 def margin_of(team: TeamScenario) -> float:
-    """Return the distance (m) by which a team's robots may be off their cells or plans; 0: any, they are not kept apart."""
+    """Return the distance (m) by which robots may be off their cells or plans; 0: any, as nothing keeps them apart."""
     return 0.0 if team.avoid == "none" else max(_margin_m(team), 0.0)
 
 

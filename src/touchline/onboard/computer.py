@@ -358,9 +358,9 @@ class Onboard:
     @property
     def steady(self) -> bool:
         """True if the robot is guided and, in nominal ticks, only the motion in its messages changes."""
-        return (
-            self.perception is None and self._log.empty and self.guided_course(self._estimator.times.tick) is not None
-        )
+        tick = self._estimator.times.tick
+        silent = self.perception is None and self._log.empty
+        return silent and self.guided_course(tick) is not None and not self.must_stand
 
     def driven(self, tick: int) -> Command:
         """Account for the ticks up to this one, which `nominal_tick` has run; return the command in force."""

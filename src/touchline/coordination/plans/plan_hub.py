@@ -213,7 +213,7 @@ class PlanHub:
 
     @property
     def _staying(self) -> list[int]:
-        """Robots that take no other plan, or follow what they were sent for certain and are not there to be sent one."""
+        """Robots that take no other plan, or follow for certain what they were sent and cannot be sent one now."""
         certain, now_s = self.settings.certain, self._now_s
         robots = enumerate(self._robots.values())
         return [who for who, robot in robots if robot.newest.stays or (certain and robot.heard_s < now_s)]

@@ -71,7 +71,8 @@ def largest_position_variance(c: ComputerState) -> float:
     east = P[m.EAST, m.EAST] + mast * mast * learned.east_var
     north = P[m.NORTH, m.NORTH] + mast * mast * learned.north_var
     both = P[m.EAST, m.NORTH] + mast * mast * learned.east_north
-    return 0.5 * (east + north) + math.hypot(0.5 * (east - north), both)
+    variance_m2: float = 0.5 * (east + north) + math.hypot(0.5 * (east - north), both)
+    return variance_m2
 
 
 @kernel

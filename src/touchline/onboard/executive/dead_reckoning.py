@@ -76,13 +76,14 @@ def allowed_way_m(computer: Computer, limits: DeadReckoning) -> float:
     # Variance after s metres: that of the place + 2·s·(its covariance with the heading) + s²·(variance of that) + g·s
     slope_m = limits.growth_m + 2.0 * math.hypot(P[m.EAST, m.HEADING], P[m.NORTH, m.HEADING])
     root_m = math.sqrt(slope_m * slope_m + 4.0 * P[m.HEADING, m.HEADING] * left_m2)
-    return 2.0 * left_m2 / (slope_m + root_m)
+    way_m: float = 2.0 * left_m2 / (slope_m + root_m)
+    return way_m
 
 
 @kernel
 def must_stand(computer: Computer, limits: DeadReckoning) -> bool:
     """Return whether a robot without fixes may not drive as far as its guidance takes it; arguments as before."""
-    return allowed_way_m(computer, limits) < limits.way_m
+    return bool(allowed_way_m(computer, limits) < limits.way_m)
 
 
 @kernel

@@ -13,7 +13,7 @@ class Step(NamedTuple):
 
     command: Command
     waits: str = ""
-    """What the robot waits for, while it drives no farther than it may without that."""
+    """Reason to drive no farther than the robot may without what it waits for."""
     hold: str = ""
     """Reason to pause until it is better."""
     refusal: str = ""
