@@ -41,7 +41,8 @@ class PlanState(Message):
     """State of a robot that is guided by plans, and the plan that it follows.
 
     ``stamp_s`` and ``aligned`` are as in Whereabouts; ``adopted`` is the number of the plan that it follows, 0 where it
-    stood at the start, ``decided`` the highest number that it has adopted or refused.
+    stood at the start, ``decided`` the highest number that it has adopted or refused. ``stays``: without fixes it
+    may not drive another such plan, so it refuses newer ones.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/PlanState"
@@ -55,6 +56,7 @@ class PlanState(Message):
     yaw_rate_radps: float = 0.0
     adopted: UInt32 = 0
     decided: UInt32 = 0
+    stays: bool = False
 
 
 class Whereabouts(Message):
@@ -171,6 +173,7 @@ class BeginGuidedRequest(Message):
     ``coordinator``: the id of its session on the bus; the robot takes guidance of that session alone.
     ``lockstep_s``: an emulated robot holds sim time at every multiple of it until it is answered; 0: it never does.
     ``plans``: guidance has plans instead of cells, and the robot reports its PlanState instead of its Whereabouts.
+    ``margin_m``: distance by which the robot may be off its cell or plan; 0: any. Without fixes it stands in time.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/BeginGuided_Request"
@@ -178,6 +181,7 @@ class BeginGuidedRequest(Message):
     coordinator: str = ""
     lockstep_s: float = 0.0
     plans: bool = False
+    margin_m: float = 0.0
 
 
 class BeginGuidedResponse(Message):

@@ -77,17 +77,20 @@ class GroupCall:
         return "" if response.success else response.message or "refuses"
 
 
-def start_guidance(buses: Mapping[str, Bus], lockstep_s: float, *, plans: bool) -> GroupCall:
+def start_guidance(buses: Mapping[str, Bus], lockstep_s: float, *, plans: bool, margin_m: float) -> GroupCall:
     """Have robots be guided from now on.
 
     Args:
         buses: Buses of the robots, by name; all of one session, whose guidance they take then.
         lockstep_s: Period at which emulated robots wait for an answer; 0: they never do.
         plans: Whether by plans instead of cells.
+        margin_m: Distance by which robots may be off that; 0: any.
     """
     (session,) = {bus.session_id for bus in buses.values()}
     request_id = uuid.uuid4().hex
-    request = m.BeginGuidedRequest(request_id=request_id, coordinator=session, lockstep_s=lockstep_s, plans=plans)
+    request = m.BeginGuidedRequest(
+        request_id=request_id, coordinator=session, lockstep_s=lockstep_s, plans=plans, margin_m=margin_m
+    )
     return GroupCall(buses, topics.BEGIN_GUIDED, request, GUIDED_S)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from touchline.bus import Bus
+from touchline.coordination.coordination import margin_of
 from touchline.schemas import messages as m
 from touchline.schemas.team import TeamScenario
 from touchline.schemas.topics import Service
@@ -48,7 +49,7 @@ class TeamRobots:
         Args:
             lockstep_s: Sim time from one exchange of messages to the next in lockstep; otherwise 0.
         """
-        return start_guidance(self._linked(), lockstep_s, plans=self._team.by_plans)
+        return start_guidance(self._linked(), lockstep_s, plans=self._team.by_plans, margin_m=margin_of(self._team))
 
     def _linked(self) -> dict[str, Bus]:
         return {name: self.buses[name] for name in self.links}
@@ -57,7 +58,8 @@ class TeamRobots:
         """Ask a robot that has come to the bus to be guided from now on."""
         if name not in self.buses:
             self.buses[name] = self._bus.of(name)
-        return start_guidance({name: self.buses[name]}, 0.0, plans=self._team.by_plans)
+        joining, team = {name: self.buses[name]}, self._team
+        return start_guidance(joining, 0.0, plans=team.by_plans, margin_m=margin_of(team))
 
     def take_in(self, name: str) -> None:
         """Guide a robot from now on; if it was guided before, its process was restarted, and so was its clock."""

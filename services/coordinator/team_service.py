@@ -19,7 +19,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from touchline.bus import Bus, ServedCall
 from touchline.coordination.body_contacts import body_radius_m
-from touchline.coordination.coordination import Coordination, Reported
+from touchline.coordination.coordination import Coordination, Reported, margin_of
 from touchline.coordination.dispatch.dispatch_memory import DispatchMemory
 from touchline.coordination.exchange import EXCHANGE_TICKS, Exchange
 from touchline.coordination.free_area import FreeArea
@@ -113,7 +113,8 @@ class TeamService:
         """Return what makes all robots obey this coordinator: those by cells are guided anew."""
         if self._team.by_plans:
             return TakeOver(self._robots.buses)
-        return Recall(self._robots.buses, partial(start_guidance, lockstep_s=self._lockstep_s, plans=False))
+        anew = partial(start_guidance, lockstep_s=self._lockstep_s, plans=False, margin_m=margin_of(self._team))
+        return Recall(self._robots.buses, anew)
 
     @property
     def _lockstep_s(self) -> float:

@@ -276,13 +276,15 @@ class Commands:
             time.sleep(_LOOK_S)
         if not (math.isfinite(request.lockstep_s) and 0.0 <= request.lockstep_s <= LOCKSTEP_MOST_S):
             raise CommandRefused(f"lockstep_s is {request.lockstep_s}; give 0, or up to {LOCKSTEP_MOST_S:g} s")
+        if not (math.isfinite(request.margin_m) and request.margin_m >= 0.0):
+            raise CommandRefused(f"margin_m is {request.margin_m}; give the distance by which it may be off, or 0: any")
         warm_up_guided(self._emulator.setup)
         return request
 
     def begin_guided(self, request: m.BeginGuidedRequest) -> m.BeginGuidedResponse:
         """Follow a coordinator's guidance from now on."""
         try:
-            self._emulator.begin_guided(plans=request.plans)
+            self._emulator.begin_guided(plans=request.plans, margin_m=request.margin_m)
         except CommandRefused as error:
             return self.refuse_guided(str(error))
         self.trajectory = m.Trajectory()

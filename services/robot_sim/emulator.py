@@ -275,11 +275,12 @@ class Emulator:
         self.auxiliary.restore((), tick)
         self.faults.step(tick)
 
-    def begin_guided(self, *, plans: bool = False) -> None:
+    def begin_guided(self, *, plans: bool = False, margin_m: float = 0.0) -> None:
         """Follow a team coordinator's guidance from now on.
 
         Args:
             plans: Whether guidance has plans instead of cells.
+            margin_m: Distance by which the robot may be off its guidance; 0: any.
 
         Raises:
             CommandRefused: Not now, or not such a robot.
@@ -287,9 +288,10 @@ class Emulator:
         self.check_load()
         self.hand_over_samples()
         initial = self._state()
-        self.onboard.begin_guided(plans=plans)
+        self.onboard.begin_guided(plans=plans, margin_m=margin_m)
         self.initial = initial
-        self._note("begin-guided", **({"plans": True} if plans else {}))
+        told = {"plans": True} if plans else {}
+        self._note("begin-guided", **told, **({"margin_m": margin_m} if margin_m else {}))
         self.work = self._no_paint()
         self.world.surroundings.surround(())
         self.settling.begin()

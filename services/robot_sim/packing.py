@@ -233,7 +233,9 @@ def plan_state_at(time: Stamp, message: m.PlanState, stamp_s: float, motion: Seq
         stamp_s: Time of the robot's computer.
         motion: x, y (m), heading (rad), speed (m/s), yaw rate (rad/s).
     """
-    return layouts.PLAN_STATE.pack(*time, stamp_s, message.aligned, *motion, message.adopted, message.decided)
+    return layouts.PLAN_STATE.pack(
+        *time, stamp_s, message.aligned, *motion, message.adopted, message.decided, message.stays
+    )
 
 
 def status(time: Stamp, current: Status, speed_mps: float, onboard: Onboard) -> Payload:

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.plan_limits import LIMITS
-from touchline.coordination.algorithms.team_algorithm import GoalWish
+from touchline.coordination.algorithms.team_algorithm import GoalWish, VelocityWish
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans import barrier_kernels, committed_plans
 from touchline.coordination.plans import plan_kernels as kernels
@@ -87,6 +87,38 @@ def test_braking_is_what_is_left_of_a_plan_by_barriers() -> None:
         braking = rest.copy()
         barrier_kernels.roll_out_all(braking, np.zeros((6, 2)), LIMITS)
         np.testing.assert_allclose(braking, rest, atol=1e-12)
+
+
+@pytest.mark.parametrize("certain", [True, False])
+@pytest.mark.parametrize("kind", [CommittedPlans, BarrierPlans])
+def test_a_robot_that_stays_keeps_its_plan_and_others_keep_off_it(kind: type[CommittedPlans], certain: bool) -> None:
+    """It drives ahead of another one, which would push it on."""
+    team = kind(np.array([(0.5, 3.0, 0.0), (1.0, 3.0, 0.0)]), ROOM, LIMITS, certain=certain)
+    for update in range(15):
+        rest, staying = team.plans[1:].copy(), [1] if update >= 3 else []
+        kernels.advance(rest, LIMITS.update_steps)
+        team.update([VelocityWish(0.5, 0.0)] * 2, staying)
+        assert team.closest_m >= LIMITS.apart_m - ROUNDING_M
+        if staying:
+            np.testing.assert_array_equal(team.plans[1], rest[0])
+            assert not team.proposed[1]
+        for who in np.flatnonzero(team.proposed).tolist():
+            team.settle(who, follows=True)
+    assert team.places[1].real > 1.1
+    assert team.closest_m < LIMITS.apart_m + 0.1
+
+
+def test_others_take_a_robot_that_stays_for_one_that_stands() -> None:
+    room = FreeArea.of([(0, 0), (5, 0), (5, 4), (0, 4)])
+    wishes = [VelocityWish(0.0, 0.0), VelocityWish(0.0, 0.5)]
+    team = CommittedPlans(np.array([(1.0, 2.0, 0.0), (1.5, 1.2, math.pi / 2.0)]), room, LIMITS)
+    for update in range(8):
+        team.update(wishes, [1] if update >= 3 else [])
+    anew = CommittedPlans(team.plans[:, 0, :3], room, LIMITS)
+    for each in (team, anew):
+        each.update([GoalWish(4.5, 2.0), wishes[1]], [1])
+    assert team.plans[1, 0, t.Y] > 1.3
+    np.testing.assert_allclose(team.plans[0], anew.plans[0], atol=1e-12)
 
 
 @pytest.mark.parametrize("malicious", [False, True], ids=["random", "at the nearest"])
@@ -225,6 +257,19 @@ def test_who_is_shut_out_by_one_at_its_goal_gets_the_token_soon(monkeypatch: pyt
     monkeypatch.setattr(committed_plans, "_SOON_S", math.inf)
     late, _ = token_places()
     assert (late - soon) * PERIOD_S >= 1.5
+
+
+def test_a_robot_that_stays_gives_the_token_back_and_gets_none() -> None:
+    corridor = FreeArea.of([(0, 0), (8, 0), (8, 0.7), (0, 0.7)])
+    team = CommittedPlans(np.array([(0.5, 0.35, 0.0), (1.5, 0.35, 0.0)]), corridor, LIMITS)
+    wishes = [GoalWish(7.5, 0.35), GoalWish(1.5, 0.35)]
+    while team.token != 0:
+        team.update(wishes)
+    for _ in range(20):
+        team.update(wishes, [0])
+        assert team.token == -1
+    team.update(wishes)
+    assert team.token == -1
 
 
 def test_the_token_is_given_back_past_the_jam(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -97,13 +97,14 @@ def test_who_does_not_want_to_be_guided_says_why(bus_config: BusConfig) -> None:
         def turn() -> None:
             for bus, server in zip(theirs, servers, strict=True):
                 if (call := server.poll()) is not None:
-                    good = bus.namespace != "c" and call.request.lockstep_s == 0.4 and call.request.plans
+                    told = call.request.lockstep_s, call.request.plans, call.request.margin_m
+                    good = bus.namespace != "c" and told == (0.4, True, 0.02)
                     call.reply(m.BeginGuidedResponse(success=good, message="guided" if good else "a job is loaded"))
 
         return turn
 
     with robots(bus_config, guided) as buses:
-        refused = start_guidance(dict(zip(NAMES, buses, strict=True)), 0.4, plans=True).wait()
+        refused = start_guidance(dict(zip(NAMES, buses, strict=True)), 0.4, plans=True, margin_m=0.02).wait()
     assert refused == {"c": "a job is loaded"}
 
 

@@ -156,6 +156,27 @@ def test_a_robot_that_is_not_heard_keeps_the_plan_that_it_follows_for_certain() 
     assert hub.guidance()["b"].plan_base == before["b"].number
 
 
+@pytest.mark.parametrize("avoid", ["plans", "barriers"])
+def test_a_robot_that_stays_is_sent_no_plan_and_nobody_makes_way_for_it(avoid: Literal["plans", "barriers"]) -> None:
+    starts = {"a": PlanState(x_m=0.5, y_m=0.5), "b": PlanState(x_m=0.5, y_m=3.0)}
+    goals = GoalLists({"a": [(4.5, 0.5)], "b": [(4.5, 3.0)]})
+    hub, robots = PlanHub(OPEN, goals, starts, 0.0, replace(SETTINGS, avoid=avoid)), Robots(starts)
+    numbers = []
+    for tick in range(0, 1000, 40):
+        for name, state in robots.states(tick).items():
+            told = {"stays": name == "a" and 120 <= tick < 800}
+            hub.receive(name, state.model_copy(update=told), tick / 100.0)
+        hub.update(tick / 100.0)
+        assert "a" not in hub.stuck
+        numbers.append({name: each.number for name, each in hub.guidance().items()})
+        for name, message in hub.guidance().items():
+            robots.keepers[name].receive(message, tick)
+    stays = [numbers[tick // 40]["a"] for tick in range(120, 800, 40)]
+    assert len(set(stays)) == 1
+    assert numbers[120 // 40 - 1]["a"] == stays[0] < numbers[800 // 40]["a"]
+    assert numbers[3]["b"] < numbers[5]["b"]
+
+
 def test_a_robot_that_has_missed_a_plan_is_named() -> None:
     hub, robots = certain_pair()
     robots.keepers["b"] = PlanKeeper()

@@ -117,7 +117,7 @@ class RobotInCell:
 
 
 def recall(robots: dict[str, RobotInCell]) -> Recall:
-    return Recall(cast(dict[str, Bus], robots), lambda buses: start_guidance(buses, 0.4, plans=False))
+    return Recall(cast(dict[str, Bus], robots), lambda buses: start_guidance(buses, 0.4, plans=False, margin_m=0.02))
 
 
 def test_robots_by_cells_are_stopped_and_guided_anew_until_all_are(monkeypatch: pytest.MonkeyPatch) -> None:

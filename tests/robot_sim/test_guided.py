@@ -12,8 +12,10 @@ from tests.plan_limits import LIMITS
 from touchline import onboard
 from touchline.coordination.plans import plan_kernels
 from touchline.core import timed_motion
+from touchline.onboard.estimation.claimed_covariance import claim_pose
+from touchline.onboard.executive.dead_reckoning import APART_SIGMAS, dead_reckoning, speed_to_rest_within
 from touchline.schemas.errors import CommandRefused
-from touchline.schemas.faults import ImuBias
+from touchline.schemas.faults import CameraOutage, ImuBias
 from touchline.schemas.messages import Guidance, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Pose2, Scenario
@@ -28,14 +30,17 @@ NAME = "turtlebot2"
 ROOM = np.array([(1.0, 0.0, 3.0), (-1.0, 0.0, -0.9), (0.0, 1.0, 2.0), (0.0, -1.0, -0.9)])
 """A cell from 0.9 m to 3 m and 2 m."""
 LEASE_S = OnboardConfig().team.lease_s
+MARGIN_M = 0.023
 
 
-def guided(start: tuple[float, float, float] = (1.0, 1.0, 2.0), *, plans: bool = False) -> Emulator:
+def guided(
+    start: tuple[float, float, float] = (1.0, 1.0, 2.0), *, plans: bool = False, margin_m: float = 0.0
+) -> Emulator:
     """A robot that has just been told to be guided."""
     x_m, y_m, heading_rad = start
     world = Scenario(start=Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
     robot = Emulator(SHIPPED[NAME].vehicle, on_its_ground(NAME, world), with_its_own(NAME, OnboardConfig()))
-    robot.begin_guided(plans=plans)
+    robot.begin_guided(plans=plans, margin_m=margin_m)
     return robot
 
 
@@ -129,16 +134,20 @@ def test_what_it_says_is_where_it_would_stop() -> None:
     assert off(robot, said.stop_x_m, said.stop_y_m) < 0.02
 
 
-def test_ticks_run_fast_are_the_ticks_run_one_by_one() -> None:
+@pytest.mark.parametrize(("margin_m", "blind_s"), [(0.0, 0.0), (0.012, 2.0)])
+def test_ticks_run_fast_are_the_ticks_run_one_by_one(margin_m: float, blind_s: float) -> None:
     """Whole stretches between updates, some of which a fault or a command breaks off."""
     digests, told = [], []
     for fast in (True, False):
-        robot = aligned(guided())
+        robot = aligned(guided(margin_m=margin_m))
         telemetry, runner, said = Telemetry(robot), FastRunner(robot), list[tuple[str, bytes]]()
         telemetry.begin([])
         for update in range(16):
             tell(robot, 1 + update, 2.5, 1.2 + 0.05 * update)
-            if update == 6:
+            if update == 1 and blind_s:
+                robot.inject_fault(CameraOutage(kind="camera-outage", duration_s=blind_s))
+                telemetry.news()
+            elif update == 6:
                 robot.inject_fault(ImuBias(kind="imu-bias", start_s=0.13, duration_s=0.05, gyro_radps=0.01))
                 telemetry.news()
             elif update == 9:
@@ -159,6 +168,7 @@ def test_ticks_run_fast_are_the_ticks_run_one_by_one() -> None:
             said += [(topic.name, payload) for topic, payload in telemetry.told()]
         digests.append(telemetry.digest.hexdigest())
         told.append(sorted(said, key=itemgetter(0)))
+    assert any(b"waiting for its pose" in payload for _, payload in told[1]) == bool(blind_s)
     assert told[0] == told[1]
     assert digests[0] == digests[1]
 
@@ -238,6 +248,52 @@ def test_a_lost_camera_pauses_it_and_it_goes_on_when_that_sees_it_again() -> Non
     assert states <= {TraversalStatus.RUNNING, TraversalStatus.PAUSED}
     drive(robot, 1500, 2.0, 1.5)
     assert off(robot, 2.0, 1.5) < 0.03
+
+
+def test_a_robot_without_a_pose_stands_in_time_says_why_and_goes_on_at_once_when_it_is_seen() -> None:
+    robot = aligned(guided(margin_m=MARGIN_M))
+    drive(robot, 300, 2.9, 1.9)
+    robot.inject_fault(CameraOutage(kind="camera-outage", duration_s=8.0))
+    for round_trip in range(3):
+        drive(robot, 200, 1.0 if round_trip % 2 else 2.9, 1.0 if round_trip % 2 else 1.9)
+    assert robot.onboard.must_stand
+    assert robot.onboard.status.state == TraversalStatus.RUNNING
+    assert "waiting for its pose: there has been no camera pose" in robot.onboard.status.reason
+    assert abs(robot.world.state.speed_mps) < 1e-3
+    row = np.zeros(9)
+    claim_pose(robot.onboard._state.array, row)
+    assert math.sqrt(np.linalg.eigvalsh(row.reshape(3, 3)[:2, :2])[-1]) <= math.sqrt(2.0) * MARGIN_M / 3.0
+    drive(robot, 280, 1.0, 1.0)
+    assert robot.onboard.status.reason == ""
+    away_m = off(robot, 1.0, 1.0)
+    drive(robot, 300, 1.0, 1.0)
+    assert off(robot, 1.0, 1.0) < away_m - 0.1
+
+
+def test_a_gap_between_two_poses_does_not_slow_a_robot_down() -> None:
+    speeds = []
+    for gap_s in (0.0, 0.4):
+        robot = aligned(guided(margin_m=MARGIN_M))
+        drive(robot, 150, 2.9, 1.9)
+        if gap_s:
+            robot.inject_fault(CameraOutage(kind="camera-outage", duration_s=gap_s))
+        drive(robot, 45, 2.9, 1.9)
+        speeds.append(robot.world.state.speed_mps)
+    assert speeds[1] == pytest.approx(speeds[0], abs=0.01)
+    assert speeds[0] > 0.3
+
+
+@pytest.mark.parametrize("margin_m", [0.02, 0.03, 0.1])
+def test_distance_of_two_robots_without_a_pose_holds_three_sigma(margin_m: float) -> None:
+    limits = dead_reckoning(margin_m, SHIPPED[NAME].vehicle.drive, with_its_own(NAME, OnboardConfig()).drive)
+    assert APART_SIGMAS * math.hypot(limits.sigma_m, limits.sigma_m) == pytest.approx(2.0 * margin_m)
+    assert limits.growth_m == pytest.approx(1e-4)
+
+
+def test_speed_from_which_a_robot_comes_to_rest_in_time() -> None:
+    speed_mps = speed_to_rest_within(0.275, 0.5, 0.05)
+    assert speed_mps == pytest.approx(0.5)
+    assert speed_to_rest_within(0.0, 0.5, 0.05) == 0.0
 
 
 OF_ROBOT = LIMITS._replace(yaw_acceleration_radps2=4.5)

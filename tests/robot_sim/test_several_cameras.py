@@ -106,3 +106,31 @@ def test_robots_under_two_cameras_that_confuse_them_do_not_touch(avoid: str) -> 
     figures = team_figures(run, 1.0)
     assert figures["contacts"] == 0
     assert worst_m < 0.05
+
+
+@pytest.mark.parametrize(("radius_m", "strip_m", "crosses"), [(0.2, 0.6, True), (0.2, 1.2, False), (0.25, 1.2, True)])
+def test_a_robot_crosses_a_strip_that_no_camera_sees_if_its_team_keeps_room_for_that(
+    radius_m: float, strip_m: float, crosses: bool
+) -> None:
+    near_m, far_m = 3.0 - 0.5 * strip_m, 3.0 + 0.5 * strip_m
+    views = [(0, 0), (near_m, 0), (near_m, 4), (0, 4)], [(far_m, 0), (6, 0), (6, 4), (far_m, 4)]
+    cameras = [WEST | {"view": views[0]}, {"x_m": 4.5, "y_m": 2.0, "view": views[1]}]
+    run = TeamRun(
+        TeamScenario.model_validate(
+            {
+                "robots": 1,
+                "places": {"tb1": {"x_m": 0.6, "y_m": 2.0, "heading_rad": 0.0}},
+                "task": {"kind": "goals", "goals": {"tb1": [[5.4, 2.0]]}},
+                "avoid": "plans",
+                "radius_m": radius_m,
+                "area": {"outline": [(0, 0), (6, 0), (6, 4), (0, 4)]},
+                "world": {"camera": {"cameras": cameras}},
+                "duration_s": 16.0,
+            }
+        )
+    )
+    run.run()
+    assert (run.robots["tb1"].emulator.world.pose[0] > 5.2) == crosses
+    stopped = team_figures(run, 1.0)["stopped"]
+    assert crosses == (not stopped)
+    assert all(reason.startswith("waiting for its pose") for reason in stopped.values())

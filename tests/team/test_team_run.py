@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
+from benchmarks._team_cases import CASES, team_of
 from tests.with_full import with_full
 from touchline.coordination import coordination
 from touchline.jobs.team.random_team_faults import with_random_faults
@@ -127,9 +128,20 @@ def test_a_robot_that_is_to_stand_comes_to_rest_at_the_end_of_its_plan(avoid: st
     run, figures = driven(robots=5, task={"kind": "swap"}, world=world(2), avoid=avoid, faults=blind, duration_s=16.0)
     assert figures["contacts"] == 0
     assert "tb3" in figures["stopped"]
+    assert "waiting for its pose" in figures["stopped"]["tb1"]
     assert run.guide.problem == ""
     assert run.guide.believed.nearest_m >= 2.0 * run.team.radius_m - 1e-9
     assert run.guide.believed.outside_m <= 0.02
+
+
+def test_a_robot_without_a_pose_for_15_s_stays_within_what_its_plan_allows() -> None:
+    case = next(case for case in CASES if case.name == "token_planner")
+    healthy = team_of(case, 10, "barriers", 3, 0.5, 0.5, links=0.5, delay_s=0.2)
+    faults = with_random_faults(healthy, 3).faults
+    run = TeamRun(healthy.model_copy(update={"faults": faults}))
+    run.run()
+    assert run.guide.problem == ""
+    assert run.guide.believed.outside_m <= 0.015
 
 
 def world(seed: int) -> dict[str, Any]:

@@ -60,7 +60,9 @@ class Rebuild:
         self.refused: list[str] = []
         emulator = self._emulator
         self._orders: Mapping[str, Callable[[Mapping[str, Any]], object]] = {
-            "begin-guided": lambda details: emulator.begin_guided(plans=bool(details.get("plans"))),
+            "begin-guided": lambda details: emulator.begin_guided(
+                plans=bool(details.get("plans")), margin_m=float(details.get("margin_m", 0.0))
+            ),
             "guidance": lambda details: emulator.take_guidance(Guidance.model_validate(details)),
             "start": lambda _: emulator.start(),
             "pause": lambda _: emulator.pause(),

@@ -33,11 +33,19 @@ LOST_S: Final = 30.0
 """Sim time, s, in which standing robots must be localized."""
 
 
+def margin_of(team: TeamScenario) -> float:
+    """Return the distance (m) by which robots may be off their cells or plans; 0: any, as nothing keeps them apart."""
+    return 0.0 if team.avoid == "none" else max(_margin_m(team), 0.0)
+
+
+def _margin_m(team: TeamScenario) -> float:
+    return team.radius_m - body_radius_m(team.vehicle)
+
+
 def settings_of(team: TeamScenario) -> TeamSettings:
     """Return the common settings of a scenario's robots."""
     drive, lease_s = team.vehicle.drive, team.onboard.team.lease_s
-    margin_m = team.radius_m - body_radius_m(team.vehicle)
-    wall_radius_m = team.radius_m + max(margin_m, 0.0) + team.onboard.team.doubt_m
+    wall_radius_m = team.radius_m + max(_margin_m(team), 0.0) + team.onboard.team.doubt_m
     return TeamSettings(team.radius_m, wall_radius_m, drive.max_acceleration_mps2, drive.transit_speed_mps, lease_s)
 
 
@@ -52,7 +60,7 @@ def plan_settings_of(team: TeamScenario, *, certain: bool = True) -> PlanSetting
     return PlanSettings(
         plan_limits(team),
         team.vehicle.drive.motor_time_constant_s,
-        team.radius_m - body_radius_m(team.vehicle),
+        _margin_m(team),
         certain=team.links.lossless and not team.faulty and certain,
         avoid=team.avoid,
     )

@@ -20,6 +20,7 @@ from touchline.onboard.estimation.consistency_monitor import compared_innovation
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.estimation.report import report
 from touchline.onboard.executive.course import Course, prepare_course
+from touchline.onboard.executive.dead_reckoning import dead_reckoning
 from touchline.onboard.executive.events import WARN, EventLog
 from touchline.onboard.executive.failsafe import Failsafe
 from touchline.onboard.executive.guided_tick import GuidedCourse
@@ -94,6 +95,7 @@ class Onboard:
         self._estimator = Estimator(vehicle, config, self._state)
         self._watch = LocalizationMonitor(self._state, pose_limits(vehicle, config))
         self._vehicle, self._fence_limits, self._team = vehicle, config.fence, config.team
+        self._drive_sheet = config.drive
         name = config.follower if follower is None else follower.name
         follower = make_follower(config.follower, vehicle, ask, config) if follower is None else follower
         self._follower = GuardedFollower(follower, name, self._drive)
@@ -190,13 +192,18 @@ class Onboard:
             self.perception.know(course.obstacles)
         return duration_s
 
-    def begin_guided(self, *, plans: bool = False) -> None:
+    def begin_guided(self, *, plans: bool = False, margin_m: float = 0.0) -> None:
         """Follow a coordinator's guidance from now on; the robot stands until the first guidance arrives.
 
         Args:
             plans: Whether guidance has plans instead of cells.
+            margin_m: Distance by which the robot may be off its guidance; 0: any.
+
+        Raises:
+            CommandRefused: Not now, or not such a robot.
         """
-        self._traversal.begin_guided(self._team, plans=plans)
+        blind = dead_reckoning(margin_m, self._vehicle.drive, self._drive_sheet)
+        self._traversal.begin_guided(self._team, blind, plans=plans)
 
     def take_guidance(self, guidance: Guidance) -> bool:
         """Take guidance from the coordinator; return False if it cannot be used or the robot is not guided."""
@@ -220,6 +227,12 @@ class Onboard:
         """Message of a robot to a coordinator that guides it by plans; None if none does."""
         guided = self._traversal.guided
         return guided.plan_state if guided is not None and self.guided else None
+
+    @property
+    def must_stand(self) -> bool:
+        """True if a guided robot stands, or will at the end of its plan, as it has had no fix for too long."""
+        guided = self._traversal.guided
+        return guided is not None and self.guided and guided.must_stand
 
     @property
     def followed_plan(self) -> tuple[NDArray[np.float64], float]:
@@ -345,9 +358,9 @@ class Onboard:
     @property
     def steady(self) -> bool:
         """True if the robot is guided and, in nominal ticks, only the motion in its messages changes."""
-        return (
-            self.perception is None and self._log.empty and self.guided_course(self._estimator.times.tick) is not None
-        )
+        tick = self._estimator.times.tick
+        silent = self.perception is None and self._log.empty
+        return silent and self.guided_course(tick) is not None and not self.must_stand
 
     def driven(self, tick: int) -> Command:
         """Account for the ticks up to this one, which `nominal_tick` has run; return the command in force."""

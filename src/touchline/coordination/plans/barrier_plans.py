@@ -70,10 +70,10 @@ class BarrierPlans(CommittedPlans):
         self._asked = np.zeros(len(poses), dtype=np.complex128)
 
     def update(self, wishes: Sequence[Wish], staying: Collection[int] = ()) -> None:
-        """Let a period pass, and change the wishes of all robots as little as possible; those that stay wish to."""
+        """Let a period pass, and change the wishes of all robots as little as possible, but of those that stay."""
         self._asked[:] = 0.0
         super().update(wishes, staying)
-        self._filter()
+        self._filter(staying)
 
     def choose_by(self, wishes: NDArray[np.complex128], order: Sequence[int]) -> None:
         """Let a period pass, and robots wish velocities (m/s); those that are not in the order wish to stand."""
@@ -88,9 +88,10 @@ class BarrierPlans(CommittedPlans):
         self._asked[who] = cmath.rect(speed_mps, cmath.phase(way)) if way else 0j
         self._velocities[who] = self._asked[who]
 
-    def _filter(self) -> None:
+    def _filter(self, staying: Collection[int] = ()) -> None:
         """Choose the commands nearest to the wishes that keep all apart; robots with an open proposal keep that."""
-        free = np.flatnonzero(~self.proposed)
+        stays = np.isin(np.arange(len(self.plans)), list(staying))
+        free = np.flatnonzero(~self.proposed & ~stays)
         if not len(free):
             return
         limits, around, begin = self._limits, self._around, self.plans[free, self._limits.lead_steps]
@@ -99,7 +100,7 @@ class BarrierPlans(CommittedPlans):
         high = np.column_stack((np.minimum(begin[:, t.SPEED] + self._gain_mps, limits.speed_max_mps), most))
         wished = np.clip(self._commands(free, begin), low, high)
         braking = np.column_stack((low[:, 0], np.zeros(len(free))))
-        trials = _Trials(free, *self._fixed())
+        trials = _Trials(free, *self._fixed(stays))
         backup = self._rolled_out(trials, np.zeros_like(braking))
         pairs = trials.near_pairs(backup, self._range_m)
         at, need = np.zeros(len(pairs) + len(free)), np.full(len(pairs) + len(free), limits.wall_m)
@@ -115,10 +116,14 @@ class BarrierPlans(CommittedPlans):
         self.changes[free, 1] = driven[:, end, t.YAW_RATE] - unhindered[:, end, t.YAW_RATE]
         self._take(free[kept], found[kept])
 
-    def _fixed(self) -> tuple[Floats, Ints]:
-        """Return plans that cannot be changed now, and their robots: none if all follow what is chosen at once."""
+    def _fixed(self, stays: NDArray[np.bool_]) -> tuple[Floats, Ints]:
+        """Return plans that cannot be changed now, and their robots.
+
+        Args:
+            stays: (n,) whether a robot keeps its plan; the only ones if all others follow what is chosen at once.
+        """
         plans, owners = self._claims
-        held = (owners >= 0) & (not self._certain)
+        held = (owners >= 0) & (stays[owners] | (not self._certain))
         return plans[held], owners[held]
 
     def _take(self, who: Ints, found: Floats) -> None:

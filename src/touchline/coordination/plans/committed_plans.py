@@ -173,8 +173,10 @@ class CommittedPlans:
         # Those with proposals cannot be asked anything else yet.
         chosen = {*np.flatnonzero(self.proposed).tolist(), *staying}
         legs = self._legs(wishes)
-        left_m = np.array([leg.left_m for leg in legs])
-        self._look_for_token(legs, left_m)
+        left_m, stays = np.array([leg.left_m for leg in legs]), np.zeros(len(legs), dtype=np.bool_)
+        stays[list(staying)] = True
+        self._velocities[stays] = 0j
+        self._look_for_token(legs, left_m, stays)
         if self.token >= 0 and self.token not in chosen:
             self._drive_first(self.token, legs[self.token], chosen)
         self._turns += 1  # those without a way choose first, each in its turn
@@ -322,20 +324,21 @@ class CommittedPlans:
         ways[:, t.X], ways[:, t.Y] = np.real((here, here + aside)), np.imag((here, here + aside))
         return aside if k.clear_of_walls(ways, self._around, self._limits) else self._straight(off)
 
-    def _look_for_token(self, legs: Sequence[NextLeg], left_m: Floats) -> None:
+    def _look_for_token(self, legs: Sequence[NextLeg], left_m: Floats, stays: Bools) -> None:
         """Give the token to who has waited too long, if nobody has it; take it from who is there, or had it too long.
 
         Args:
             legs: NextLeg of each robot.
             left_m: (n,) length of each robot's way.
+            stays: (n,) whether it keeps its plan, so that the token is of no use to it.
         """
-        waits = np.array([self._waits(*each) for each in zip(self.places.tolist(), legs, strict=True)])
+        waits = np.array([self._waits(*each) for each in zip(self.places.tolist(), legs, strict=True)]) | stays
         nearer = (left_m < self._nearest_m - _NEARER_M) | waits
         self._nearest_m[nearer], self._nearer_s[nearer] = left_m[nearer], self._now_s
         there = left_m <= _AT_GOAL_M
         self._nearer_s[there] = self._now_s
         self._nearest_m[there] = math.inf  # who is pushed away from its goal begins anew
-        freed = there | (left_m < self._token_m - _FREED_M)
+        freed = stays | there | (left_m < self._token_m - _FREED_M)
         if self.token >= 0 and (freed[self.token] or self._now_s - self._token_s > _TOKEN_S):
             self._nearer_s[self.token] = self._now_s
             self._nearest_m[self.token] = left_m[self.token]

@@ -162,7 +162,7 @@ class PlanHub:
         self._look_for_strays()
         names = list(self._robots)
         before, open_before = self._plans.plans.copy(), self._plans.proposed
-        self._plans.update(self._wishes(names), self._unheard)
+        self._plans.update(self._wishes(names), self._staying)
         self.interventions.note(names, self._plans.changes)
         self._nearest_m = self._plans.closest_m
         new = self._plans.proposed & ~open_before
@@ -212,11 +212,11 @@ class PlanHub:
         return [GoalWish(x, y) for x, y in goals.tolist()]
 
     @property
-    def _unheard(self) -> list[int]:
-        """Robots that follow what they were sent for certain, and are not there to be sent anything else."""
-        if not self.settings.certain:
-            return []
-        return [who for who, robot in enumerate(self._robots.values()) if robot.heard_s < self._now_s]
+    def _staying(self) -> list[int]:
+        """Robots that take no other plan, or follow for certain what they were sent and cannot be sent one now."""
+        certain, now_s = self.settings.certain, self._now_s
+        robots = enumerate(self._robots.values())
+        return [who for who, robot in robots if robot.newest.stays or (certain and robot.heard_s < now_s)]
 
     def _look_for_strays(self) -> None:
         """Look how far robots are off their plans.

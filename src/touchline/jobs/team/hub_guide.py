@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 
 from touchline.coordination.cells import SegmentsMeet
-from touchline.coordination.coordination import Coordination
+from touchline.coordination.coordination import Coordination, margin_of
 from touchline.coordination.dispatch.queue_messages import QueueTeller
 from touchline.coordination.exchange import Exchange
 from touchline.coordination.free_area import FreeArea
@@ -54,7 +54,7 @@ class HubGuide:
         self._statistics, self._updates, self._ended = TaskStatistics(self._coordination, team.task.kind), 0, False
         self._teller = QueueTeller()
         for robot in robots.values():
-            robot.begin_guided(plans=team.by_plans)
+            robot.begin_guided(plans=team.by_plans, margin_m=margin_of(team))
 
     @property
     def step_ticks(self) -> int:

@@ -56,17 +56,18 @@ class TeamRobot:
         self._runner = FastRunner(self.emulator)
         self._rows = np.zeros((0, tick_log.columns(len(setup.vehicle.drive.actuators))))
 
-    def begin_guided(self, *, plans: bool) -> None:
+    def begin_guided(self, *, plans: bool, margin_m: float = 0.0) -> None:
         """Start to be guided.
 
         Args:
             plans: Whether by plans instead of cells.
+            margin_m: Distance by which it may be off that; 0: any.
 
         Raises:
             CommandRefused: Such a robot cannot be guided.
         """
         self._tell_held()
-        self.emulator.begin_guided(plans=plans)
+        self.emulator.begin_guided(plans=plans, margin_m=margin_m)
         if self.telemetry is not None:
             self._publish(self.telemetry.begin([]))
 
@@ -85,7 +86,7 @@ class TeamRobot:
         """Brake and end guidance."""
         self._tell_held()
         status = self.emulator.onboard.status
-        if status.state in _STOPPED:
+        if status.state in _STOPPED or self.emulator.onboard.must_stand:
             self.stopped = status.reason or "stopped"
         with suppress(CommandRefused):  # an emergency-stopped one stays so
             self.emulator.abort()

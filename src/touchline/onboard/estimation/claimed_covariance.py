@@ -61,6 +61,21 @@ def claimed_position_sigma(c: ComputerState) -> float:
 
 
 @kernel
+def largest_position_variance(c: ComputerState) -> float:
+    """Return the variance in the direction in which it is largest [m²].
+
+    Args:
+        c: State with an estimate.
+    """
+    P, learned, mast = c.filter.covariances[c.times.tick % m.RING], c.filter.learned, c.filter.figures.mast_s2
+    east = P[m.EAST, m.EAST] + mast * mast * learned.east_var
+    north = P[m.NORTH, m.NORTH] + mast * mast * learned.north_var
+    both = P[m.EAST, m.NORTH] + mast * mast * learned.east_north
+    variance_m2: float = 0.5 * (east + north) + math.hypot(0.5 * (east - north), both)
+    return variance_m2
+
+
+@kernel
 def claimed_heading_sigma(c: ComputerState) -> float:
     """Return σ of the heading [rad].
 

@@ -18,6 +18,7 @@ from touchline.onboard.control.path_tracker import STOPPED_MPS
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.executive.cell_keeper import CellKeeper, Segment
+from touchline.onboard.executive.dead_reckoning import LEAST_WAY_M, DeadReckoning, must_stand
 from touchline.onboard.executive.geofence import FenceArrays
 from touchline.onboard.executive.guided_tick import GuidedCourse, drive_on, stopping_point
 from touchline.onboard.executive.localization_monitor import LocalizationMonitor
@@ -44,6 +45,7 @@ class GuidedDrive:
         self,
         vehicle: Vehicle,
         team: TeamLimits,
+        blind: DeadReckoning,
         estimator: Estimator,
         watch: LocalizationMonitor,
         computer: ComputerState,
@@ -55,6 +57,7 @@ class GuidedDrive:
         Args:
             vehicle: The nominal robot.
             team: Limits of the team.
+            blind: Limits of driving without fixes.
             estimator: Estimator of the pose.
             watch: Monitor of the pose.
             computer: State of the computer.
@@ -88,6 +91,7 @@ class GuidedDrive:
             plan=np.zeros((0, COLUMNS)),
             plan_tick=0,
             limits=limits,
+            blind=blind,
             lag_s=self._drive.lag_s,
             drive=estimator.drive,
             motion=np.zeros(4),
@@ -111,8 +115,13 @@ class GuidedDrive:
         """Take a plan; it ends at rest, so it needs no lease."""
         tick = self._computer.clock.tick
         taken = keeper.receive(guidance, tick, halts=tick == self._halted_tick)
-        last_tick = int(np.iinfo(np.int64).max)
-        self.course = self.course._replace(plan=keeper.plan, plan_tick=keeper.plan_tick, until_tick=last_tick)
+        last_tick, way_m = int(np.iinfo(np.int64).max), max(keeper.longest_m, LEAST_WAY_M)
+        self.course = self.course._replace(
+            plan=keeper.plan,
+            plan_tick=keeper.plan_tick,
+            until_tick=last_tick,
+            blind=self.course.blind._replace(way_m=way_m),
+        )
         return taken
 
     def _stopping_segment(self) -> Segment:
@@ -154,7 +163,13 @@ class GuidedDrive:
             yaw_rate_radps=float(estimate[4]),
             adopted=self._plan.adopted,
             decided=self._plan.decided,
+            stays=self.must_stand,
         )
+
+    @property
+    def must_stand(self) -> bool:
+        """True if the robot has no fixes, and may not drive as far as its guidance may take it."""
+        return bool(must_stand(self._computer.array, self.course.blind))
 
     @property
     def plan(self) -> tuple[Floats, float]:
@@ -170,6 +185,9 @@ class GuidedDrive:
             return Step(self.stop_hard())
         if problem := self._watch.drive_problem():
             return Step((yield from self.rest()), hold=problem)
+        if self.must_stand:
+            command = yield from self.rest()
+            return Step(command, waits=f"waiting for its pose: {self._watch.pose_problem}")
         drive_on(self._computer.array, self.course)
         return Step(self._computer.command.command)
 

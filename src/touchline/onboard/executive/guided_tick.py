@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -18,6 +19,12 @@ from touchline.onboard.control.path_tracker import observe
 from touchline.onboard.control.plan_steering import follow_plan
 from touchline.onboard.drives.onboard_drive import command as drive_command
 from touchline.onboard.drives.onboard_drive import twist as drive_twist
+from touchline.onboard.executive.dead_reckoning import (
+    DeadReckoning,
+    allowed_way_m,
+    must_stand,
+    speed_to_rest_within,
+)
 from touchline.onboard.executive.geofence import FenceArrays
 from touchline.onboard.executive.hazards import NOTHING
 from touchline.onboard.executive.localization_monitor import GOOD, has_news_of_itself, speaks_against_driving
@@ -41,6 +48,7 @@ class GuidedCourse(NamedTuple):
         plan: (m, 5) samples of `timed_motion` that it follows instead of going to the target; none without a plan.
         plan_tick: Tick of the first of them.
         limits: Limits of its motion.
+        blind: Limits of driving without fixes.
         lag_s: Time constant of its actuators.
         drive: Parameters of the drive.
         motion: (4,) scratch.
@@ -54,6 +62,7 @@ class GuidedCourse(NamedTuple):
     plan: Floats
     plan_tick: int
     limits: SteeringLimits
+    blind: DeadReckoning
     lag_s: float
     drive: Any
     motion: Floats
@@ -124,7 +133,7 @@ def drive_on(computer: Computer, course: GuidedCourse) -> None:
         guidance.speed_mps, rate = follow_plan(motion, course.planned, course.limits, TICK_S)
     else:
         guidance.speed_mps, rate, guidance.stands = steer_in_cell(
-            motion, guidance.stands, course.half_planes, course.target_m, course.limits, TICK_S
+            motion, guidance.stands, course.half_planes, course.target_m, _limits_now(computer, course), TICK_S
         )
     command = c.command
     if c.way.on:  # braking on the same way is what the cell permits
@@ -133,6 +142,23 @@ def drive_on(computer: Computer, course: GuidedCourse) -> None:
     if c.way.on:
         hold_to_cap(course.drive, computer, command.actuators)
     command.valve, command.disc, command.valve_after_s = False, False, 0.0
+
+
+@kernel
+def _limits_now(computer: Computer, course: GuidedCourse) -> SteeringLimits:
+    """Return the limits of motion in a cell: without fixes a speed from which the robot comes to rest in time."""
+    way_m, limits = allowed_way_m(computer, course.blind), course.limits
+    if math.isinf(way_m):
+        return limits
+    most_mps = speed_to_rest_within(way_m, limits.acceleration_mps2, course.lag_s)
+    return SteeringLimits(
+        min(limits.speed_max_mps, most_mps),
+        limits.acceleration_mps2,
+        limits.lateral_acceleration_mps2,
+        limits.yaw_rate_max_radps,
+        limits.there_m,
+        limits.away_m,
+    )
 
 
 @kernel
@@ -149,7 +175,7 @@ def guide(computer: Computer, course: GuidedCourse) -> bool:
     c = computer[0]
     if c.safety.emergency != NOTHING or c.safety.stop != NOTHING or speaks_against_driving(computer) != GOOD:
         return False
-    if has_news_of_itself(computer):
+    if has_news_of_itself(computer) or must_stand(computer, course.blind):
         return False
     if c.way.on:
         watch_way(computer)

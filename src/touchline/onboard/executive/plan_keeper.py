@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.timed_motion import COLUMNS, SPEED, STEP_S, YAW_RATE
+from touchline.core.timed_motion import COLUMNS, SPEED, STEP_S, YAW_RATE, Y
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.schemas.messages import Guidance
 from touchline.schemas.messages.team_messages import FIRST_CELL
@@ -28,6 +28,7 @@ class PlanKeeper:
     Attributes:
         plan: (m, 5) samples of `timed_motion`; none where the robot stood at the start.
         plan_tick: Tick of the first.
+        longest_m: Length of the longest plan so far.
         adopted: Number of the plan.
         decided: Highest number that it has adopted or refused.
     """
@@ -35,7 +36,7 @@ class PlanKeeper:
     def __init__(self) -> None:
         """Start without a plan."""
         self.plan: Floats = np.zeros((0, COLUMNS))
-        self.plan_tick = 0
+        self.plan_tick, self.longest_m = 0, 0.0
         self.adopted = self.decided = FIRST_CELL
 
     def over(self, tick: int) -> bool:
@@ -66,4 +67,6 @@ class PlanKeeper:
             if guidance.plan_base == self.adopted and tick <= branch_tick and not halts:
                 self.adopted, self.plan = guidance.number, plan
                 self.plan_tick = round(guidance.plan_start_s * TICKS_PER_S)
+                steps_m = np.diff(plan[:, : Y + 1], axis=0)
+                self.longest_m = max(self.longest_m, float(np.hypot(*steps_m.T).sum()))
         return True

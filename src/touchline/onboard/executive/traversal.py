@@ -23,6 +23,7 @@ from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.control.follower import Asking, Follower
 from touchline.onboard.estimation.filter import AcceptedJump, Estimator
 from touchline.onboard.executive.course import Course
+from touchline.onboard.executive.dead_reckoning import DeadReckoning
 from touchline.onboard.executive.events import ERROR, INFO, WARN, EventLog
 from touchline.onboard.executive.failsafe import Failsafe
 from touchline.onboard.executive.guided import GuidedDrive
@@ -174,18 +175,19 @@ class Traversal:
         self._log.report(INFO, "replaced", f"another trajectory took over under way, {arc_m:.2f} m along it")
         return plan.total_time_s
 
-    def begin_guided(self, team: TeamLimits, *, plans: bool) -> None:
+    def begin_guided(self, team: TeamLimits, blind: DeadReckoning, *, plans: bool) -> None:
         """Follow a coordinator's guidance from now on; the robot stands until the first guidance arrives.
 
         Args:
             team: Limits of the team.
+            blind: Limits of driving without fixes.
             plans: Whether guidance has plans instead of cells.
 
         Raises:
             CommandRefused: Not in this state, or this robot cannot be guided.
         """
         self.check_load()
-        self.job = GuidedDrive(self._vehicle, team, self._estimator, self._watch, self._computer, plans=plans)
+        self.job = GuidedDrive(self._vehicle, team, blind, self._estimator, self._watch, self._computer, plans=plans)
         self._hazards.take_fence_away()
         self.clock.elapsed_s = 0.0
         self._fallbacks_before = -self._follower.fallbacks
@@ -411,7 +413,9 @@ class Traversal:
         elif step.hold:
             self._halt(BY_LOCALIZATION, step.hold, WARN)
         else:
-            self.reason = _waits_for(job)
+            if step.waits and not self.reason:
+                self._log.report(WARN, "pose-lost", step.waits)
+            self.reason = step.waits or _waits_for(job)
             if (job.aligning or job.waiting) and self.stop.too_long(self.clock.tick):
                 self._wait_for_person(BY_LOCALIZATION, f"not ready to set off for {self.stop.longest}: {self.reason}")
         return step.command

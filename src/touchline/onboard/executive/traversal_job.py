@@ -12,6 +12,8 @@ class Step(NamedTuple):
     """Result of a tick of a running job: the command, and whether it ends the running."""
 
     command: Command
+    waits: str = ""
+    """Reason to drive no farther than the robot may without what it waits for."""
     hold: str = ""
     """Reason to pause until it is better."""
     refusal: str = ""
