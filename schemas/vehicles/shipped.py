@@ -149,12 +149,15 @@ TURTLEBOT2: Final = Vehicle(
 )
 """A round robot on a Kobuki base, of a study on a network of robots; what its maker does not say is assumed."""
 
+ON_GRASS: Final = DriveSheet(side_slip_m_rtm=0.004)
+"""Of a marker's wheels on mown grass: it slides aside less than the computer of an unknown robot has to expect."""
+
 ON_A_FLOOR: Final = DriveSheet(slip_relative=0.004)
 """Of wheels that slip on a floor: a fifth of what they do on grass, as the emulated floor has it."""
 
 SHIPPED: Final[Mapping[str, ShippedVehicle]] = MappingProxyType(
     {
-        "turf-tank-two": ShippedVehicle(Vehicle(), "grass", "mpc", "paints lines on grass"),
+        "turf-tank-two": ShippedVehicle(Vehicle(), "grass", "mpc", "paints lines on grass", ON_GRASS),
         "clay-roller": ShippedVehicle(CLAY_ROLLER, "clay", "pure-pursuit", "rolls clay, steered by its rear wheel"),
         "turtlebot3-waffle-pi": ShippedVehicle(
             TURTLEBOT3_WAFFLE_PI, "floor", "mpc", "a small robot without a tool, 0.26 m/s", ON_A_FLOOR
@@ -164,6 +167,9 @@ SHIPPED: Final[Mapping[str, ShippedVehicle]] = MappingProxyType(
         ),
     }
 )
+
+DEFAULT_NAME: Final = next(iter(SHIPPED))
+"""Name of the vehicle that is taken where nobody says which."""
 
 
 def on_its_ground(name: str, scenario: Scenario) -> Scenario:

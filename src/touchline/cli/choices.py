@@ -21,7 +21,7 @@ from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec, parse, read_text
 from touchline.schemas.vehicles import Vehicle
-from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
+from touchline.schemas.vehicles.shipped import DEFAULT_NAME, SHIPPED, on_its_ground, with_its_own
 
 Order = Literal["optimised", "given"]
 
@@ -172,6 +172,11 @@ class VehicleChoice:
 
     vehicle: VehicleOption = None
 
+    @property
+    def name(self) -> str:
+        """The name or path that is given, or the default one."""
+        return str(self.vehicle or DEFAULT_NAME)
+
     def chosen(self) -> Vehicle:
         """The vehicle of the given name or file, or the default one.
 
@@ -216,13 +221,14 @@ class SetupChoice:
         Raises:
             SpecError: A file is not usable.
         """
+        name = VehicleChoice(self.vehicle).name
         return Setup(
             vehicle=VehicleChoice(self.vehicle).chosen(),
             onboard=_changed(
-                with_its_own(str(self.vehicle), _read(OnboardConfig, self.onboard)), follower=self.follower
+                with_its_own(name, _read(OnboardConfig, self.onboard)), follower=self.follower
             ).on(_today()),
             scenario=_changed(
-                on_its_ground(str(self.vehicle), _read(Scenario, self.scenario)), seed=self.seed, noise=self.noise
+                on_its_ground(name, _read(Scenario, self.scenario)), seed=self.seed, noise=self.noise
             ),
         )
 

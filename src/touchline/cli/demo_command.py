@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from touchline.cli.choices import PlanChoice, VehicleChoice
+from touchline.cli.choices import PlanChoice, SetupChoice, VehicleChoice
 from touchline.cli.display import print_figures, say
 from touchline.cli.groups import with_groups
 from touchline.cli.options import ExitCode, JsonOption
@@ -40,7 +40,7 @@ def demo(
     as_json: JsonOption = False,
 ) -> None:
     """Paint a whole pitch, soccer-11 or another: in the console at 20× on a terminal, else as fast as possible."""
-    setup = Setup(vehicle=body.chosen())
+    setup = SetupChoice(vehicle=body.vehicle).chosen()
     check_recordable(_RECORDING)
     if sys.stdin.isatty() and sys.stdout.isatty() and not (headless or as_json):
         _in_console(setup, template)

@@ -54,8 +54,7 @@ def sweep(
 
     work, options, scenario = subject.chosen()
     vehicle = body.chosen()
-    name = str(body.vehicle)
-    world, computer = on_its_ground(name, scenario), with_its_own(name, OnboardConfig())
+    world, computer = on_its_ground(body.name, scenario), with_its_own(body.name, OnboardConfig())
     cases = all_cases(work, world, options, parse_settings(settings or []), computer)
     for case in cases:
         check_follower(case.config)

@@ -37,4 +37,4 @@ def vehicle(
 
 def onboard() -> None:
     """Print the shipped robot's computer as JSON with every field, to change and give as `--onboard`."""
-    typer.echo(OnboardConfig().model_dump_json(indent=1, context=EVERY_FIELD))
+    typer.echo(with_its_own(DEFAULT_NAME, OnboardConfig()).model_dump_json(indent=1, context=EVERY_FIELD))
