@@ -15,6 +15,7 @@ from touchline.core.jit import borrowing, kernel
 from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard.computer_state import FilterState, ReceivedFix
 from touchline.onboard.estimation.adaptation import add_stray
+from touchline.onboard.estimation.calibration import WAVE_SAMPLES
 from touchline.onboard.estimation.consistency_monitor import note_innovation
 from touchline.onboard.estimation.gauss_markov import position_error
 from touchline.onboard.estimation.learned_constants import start_variance
@@ -44,6 +45,7 @@ from touchline.onboard.filter_model import (
     FilterCounters,
     FilterFigures,
     FixInTick,
+    TickInputs,
 )
 from touchline.onboard.interface import TICK_S
 from touchline.schemas.onboard import OnboardConfig
@@ -122,6 +124,18 @@ def enter_fix(fix: ReceivedFix, ring: FilterState) -> int:
         floor = _FLOAT_FIX_FLOOR_M2 if fix.fix == FIX_FLOAT else _SINGLE_FIX_FLOOR_M2
         entered.variance_m2 = _LOOSE_FIX_FACTOR * max(fix.variance_m2, floor)
     return tick
+
+
+@borrowing
+def add_sway(fix: FixInTick, z: TickInputs, c: FilterFigures) -> None:
+    """Add to the variance of a fix that of the antenna, whose mast sways on waves of the ground.
+
+    Args:
+        fix: The fix, updated.
+        z: Inputs of the tick in which it is valid.
+        c: Figures of the filter.
+    """
+    fix.variance_m2 += WAVE_SAMPLES * c.mast_s2 * c.mast_s2 * z.waves_var
 
 
 @borrowing
