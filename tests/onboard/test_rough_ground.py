@@ -30,6 +30,12 @@ def test_pitching_adds_the_walk_of_such_rates_whatever_the_gyro_bias():
     assert doubt(0.02 + rates) == pytest.approx(found, rel=0.02)
 
 
+def test_a_body_that_leans_without_pitching_may_rise_and_fall_as_much():
+    covariance, now = np.zeros((STATES, STATES)), TickInputs(pitch_radps=0.0, waves_var=0.02)
+    add_pitching_noise(covariance, TickInputs().array[0], now.array[0])
+    assert covariance[ACCEL_BIAS, ACCEL_BIAS] == pytest.approx(0.02 * 0.01)
+
+
 @pytest.mark.parametrize(
     "rates_radps",
     [
