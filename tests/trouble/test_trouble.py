@@ -13,7 +13,7 @@ HANDFUL = (3, 4)
 NUMBERS, BATCH = 10_000, 250
 RECORDED_EVERY = 20
 OPEN_PROPERTIES = frozenset(("EndsOrSaysWhy", "HonestSigma", "TrueReport"))
-"""Properties that are known to break, and below the share of the cases that may: 7 of 150 do."""
+"""Properties that are known to break, and below the share of the cases that may: 20 of 1000 do."""
 OPEN_SHARE = 0.1
 REST = Mission.rest
 

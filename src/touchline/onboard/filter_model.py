@@ -92,6 +92,8 @@ class TickInputs(Record):
     """Mean of the tick."""
     accel_mps2: float = math.nan
     """Mean of this tick and the one before: the rate of change of the mean speed."""
+    pitch_radps: float = math.nan
+    """Reading of the gyro about the left axis, mean of the tick."""
     side_mps2: float = math.nan
     """Acceleration along the accelerometer's left axis."""
     mag_rad: float = math.nan
@@ -104,11 +106,13 @@ class TickInputs(Record):
     """True if nothing of the drive has moved for a while."""
 
     rise_east_mps2: float = math.nan
-    """Gravity times the ground's rise over run. This and the next three are the learned figures with which the tick is
+    """Gravity times the ground's rise over run. This and the next four are the learned figures with which the tick is
     run; nan before the filter has started."""
     rise_north_mps2: float = math.nan
     rise_var: float = math.nan
     """Variance of both axes together, (m/s²)²."""
+    waves_var: float
+    """`LearnedFigures.waves_var`, at least 0."""
     error_mean: Annotated[Floats, 2] = np.full(2, math.nan)
     """Means about which the errors of odometry vary."""
 
@@ -122,6 +126,10 @@ class TickInputs(Record):
     """Consecutive ticks, up to this one, in which the accelerometer contradicted standing wheels."""
     rough: float
     """Mean square step of `accel_mps2` over the last ticks, (m/s²)²."""
+    pitch_means_radps: Annotated[Floats, 2] = np.full(2, math.nan)
+    """Means of `pitch_radps`, over about 0.1 and 1 s."""
+    pitching: float
+    """Mean square of their difference over the last second, (rad/s)²."""
     wander: float
     """`BlindRun.wander` with which the tick is run."""
 
@@ -140,6 +148,9 @@ class LearnedFigures(Record):
     east_var: float
     east_north: float
     north_var: float
+    waves_var: float
+    """Variance of the left axis' reading beyond what these three and the sensor explain, (m/s²)²: that of gravity's
+    part across on waves of the ground. Negative where it reads less than expected."""
     error_mean: Annotated[Floats, 2]
     """Means about which the errors of odometry vary."""
     mean_var: Annotated[Floats, 2]

@@ -119,6 +119,17 @@ def note_contradiction(n: FilterCounters, c: FilterFigures, x: Floats) -> None:
 
 
 @kernel
+def has_jumped(n: FilterCounters) -> bool:
+    """Return whether the receiver has moved to the last fix of a run of outlying ones, rather than the estimate.
+
+    Args:
+        n: Counters.
+    """
+    off_m = math.hypot(n.innovation_east_m, n.innovation_north_m)
+    return n.outlying_step_m >= SEEN_SHARE * off_m
+
+
+@kernel
 def strays(ring: FilterState, speed_mps: float) -> bool:
     """Return whether the estimate has strayed from the rejected fix that has arrived; then it is to be used after all.
 
@@ -129,9 +140,9 @@ def strays(ring: FilterState, speed_mps: float) -> bool:
     n, fix = ring.counters, ring.arrived
     if ring.blind.wander == 0.0 or abs(speed_mps) < MOVING_MPS:
         return False
-    off_m = math.hypot(n.innovation_east_m, n.innovation_north_m)
-    if n.outlying_step_m >= SEEN_SHARE * off_m and n.contradicted_m < _DRIVEN_ON_M:
+    if has_jumped(n) and n.contradicted_m < _DRIVEN_ON_M:
         return False
+    off_m = math.hypot(n.innovation_east_m, n.innovation_north_m)
     fix.strayed_m = off_m
     n.strays += 1
     n.stray_most_m = max(n.stray_most_m, off_m)

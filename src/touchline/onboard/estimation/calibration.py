@@ -3,6 +3,10 @@
 **Slope.** Less the acceleration in the curve, the accelerometer's left axis reads its own bias and the component of
 gravity across: a_y − v·ω = b + g·(rise_n·cos θ − rise_e·sin θ). As the robot turns, the two can be told apart. A small
 Kalman filter of three states, (b, g·rise_e, g·rise_n), does that; it needs neither speed nor position to be precise.
+On waves of the ground the reading varies by far more than the sensor's noise, and in step with the heading, which they
+sway: with the sensor's noise alone, that teaches a slope of 30 %. What innovations vary by beyond their variance is
+therefore added to it (covariance matching: R. K. Mehra, "Approaches to adaptive filtering", IEEE Trans. Automatic
+Control 17(5), 1972); the mast sways by as much, so that it counts for fixes, too.
 
 **Mean slip.** The filter's slips vary about a mean that comes from rolling resistance and the tyres' radii. Each fix
 is a sample of that mean.
@@ -39,6 +43,10 @@ LEARN_TICKS: Final = 8
 """Ticks between two samples of the slope; a divisor of the ring's length. Nearer ones say nothing new."""
 _CURVE_SHARE = 0.05  # of the curve's acceleration that may be wrong: slip, and the tyres' settling
 _CLIP = 3.0  # σ: a bump or a skid may not teach more than that
+_WAVES_SHARE = 0.03  # weight of the newest sample: about 3 s are averaged
+_WAVES_MOST = 1.0  # (m/s²)² a sample counts: one skid is no wave
+WAVE_SAMPLES: Final = 4.0
+"""Number of samples, of the slope or of fixes, in which the ground leans the robot alike."""
 _MOVING_MPS = 0.2
 _MEAN_SLIP_WALK = 4e-9  # per fix: about a minute is remembered
 
@@ -69,6 +77,7 @@ def store_learned(learned: LearnedFigures, z: TickInputs) -> None:
     """
     z.rise_east_mps2, z.rise_north_mps2 = learned.rise_east_mps2, learned.rise_north_mps2
     z.rise_var = learned.east_var + learned.north_var
+    z.waves_var = max(learned.waves_var, 0.0)
     z.error_mean[0], z.error_mean[1] = learned.error_mean[0], learned.error_mean[1]
 
 
@@ -115,6 +124,9 @@ def _learn_slope(x: Floats, z: TickInputs, c: FilterFigures, learned: LearnedFig
     )
     if z.still and contradicts(innovation, s):
         return
+    if not z.still:
+        learned.waves_var += _WAVES_SHARE * (min(innovation * innovation, _WAVES_MOST) - s - learned.waves_var)
+    s += WAVE_SAMPLES * max(learned.waves_var, 0.0)
     most = _CLIP * math.sqrt(s)
     innovation = min(max(innovation, -most), most)
     learned.side_bias_mps2 += g0 * innovation / s

@@ -4,7 +4,9 @@ Those of a filter whose assumptions hold are independent (R. K. Mehra, "On the i
 Kalman filtering", IEEE Trans. Automatic Control 15(2), 1970). A gyro's scale, a lever arm or a delay that the files do
 not have makes them alike for seconds, long before anything contradicts the fixes, and the claimed σ is too small then.
 The receiver's own bursts do so, too, since one Gauss-Markov term stands for them. They are told apart by their size and
-by time: innovations are bounded, and compared with those before most of a burst's correlation is gone.
+by time: innovations are bounded, and compared with those before most of a burst's correlation is gone. Fixes that are
+rejected because the receiver has jumped are alike for as long as it stays there, and say nothing of the estimate: they
+do not count.
 
 Beside it, the unrest of the innovations is measured: the variance of their sums over half a second, across the heading
 and along it. A robot that wanders, or an antenna that shakes, makes it larger for as long as it drives; a constant that

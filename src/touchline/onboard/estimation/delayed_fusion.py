@@ -17,7 +17,7 @@ from touchline.core.arrays import copy
 from touchline.core.jit import kernel
 from touchline.onboard.computer_state import Computer, FilterState
 from touchline.onboard.estimation.adaptation import note_contradiction, strays, wander_now
-from touchline.onboard.estimation.aiding.gnss_aiding import set_slow_error_aside
+from touchline.onboard.estimation.aiding.gnss_aiding import add_sway, set_slow_error_aside
 from touchline.onboard.estimation.blind_run import run_blind
 from touchline.onboard.estimation.calibration import LEARN_TICKS, learn, store_learned
 from touchline.onboard.estimation.measurements import accept_fix, use_fix
@@ -112,6 +112,7 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
         n.fixes_duplicate += 1
         return False
     valid = TickEstimate(xs[where], Ps[where], inputs[where])
+    add_sway(fix, inputs[where], c)
     if not accept_fix(valid, fix, c, n, (h, g)) and not strays(ring, valid.x[SPEED]):
         return False
     for later in range(at + 1, tick + 1):

@@ -440,7 +440,7 @@ class Estimator:
         self._place(x, p, position, _ALONE * c.r_gnss if self._told is None else position.variance_m2)
         self.ring.learned.start_east_m, self.ring.learned.start_north_m = x[_PLACE].tolist()
         z = self.ring.inputs[self._slot]  # nothing has been learned yet
-        z.rise_east_mps2 = z.rise_north_mps2 = z.rise_var = 0.0
+        z.rise_east_mps2 = z.rise_north_mps2 = z.rise_var = z.waves_var = 0.0
         z.error_mean[:], z.smooth[:] = 0.0, 0.0
 
     def _believed(self) -> ReceivedFix | None:

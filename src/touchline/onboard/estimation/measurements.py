@@ -10,6 +10,7 @@ import math
 from typing import Any
 
 from touchline.core.jit import borrowing
+from touchline.onboard.estimation.adaptation import has_jumped
 from touchline.onboard.estimation.aiding.camera_aiding import share_of_poses, use_heading
 from touchline.onboard.estimation.aiding.encoder_aiding import use_encoders
 from touchline.onboard.estimation.aiding.gnss_aiding import (
@@ -20,8 +21,9 @@ from touchline.onboard.estimation.aiding.gnss_aiding import (
 )
 from touchline.onboard.estimation.aiding.imu_aiding import use_gyro
 from touchline.onboard.estimation.aiding.magnetometer_aiding import use_magnetometer
+from touchline.onboard.estimation.consistency_monitor import note_innovation
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
-from touchline.onboard.filter_model import FilterCounters, FilterFigures, FixInTick
+from touchline.onboard.filter_model import HEADING, SPEED, FilterCounters, FilterFigures, FixInTick
 
 
 @borrowing
@@ -59,6 +61,8 @@ def accept_fix(at: TickEstimate, fix: FixInTick, c: FilterFigures, n: FilterCoun
     if not math.isnan(fix.heading_rad):
         share = share_of_poses(share, at, fix, n, h[0])
     accepted: bool = passes_doubt(c, n, nis, share)
+    if accepted or not has_jumped(n):
+        note_innovation(n, at.x[HEADING], at.x[SPEED], c.burst_var > 0.0)
     return accepted
 
 

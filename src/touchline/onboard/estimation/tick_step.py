@@ -8,7 +8,7 @@ from touchline.core.jit import kernel
 from touchline.onboard.computer_state import FilterState
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.estimation.adaptation import add_wander
-from touchline.onboard.estimation.aiding.imu_aiding import add_shaking_noise, forward_acceleration
+from touchline.onboard.estimation.aiding.imu_aiding import add_pitching_noise, add_shaking_noise, forward_acceleration
 from touchline.onboard.estimation.measurements import measure
 from touchline.onboard.estimation.prediction import add_scale_error, predict
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
@@ -46,4 +46,5 @@ def step(last: TickEstimate, at: TickEstimate, ring: FilterState, drive: Any, li
     z.lean[0], z.lean[1] = before.lean[0], before.lean[1]
     onboard_drive.strain(drive, P, before, z)
     add_shaking_noise(P, before, z)
+    add_pitching_noise(P, before, z)
     measure(at, c, drive, ring.counters, live, scratch)

@@ -15,7 +15,7 @@ from touchline.core.jit import borrowing, kernel
 from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard.computer_state import FilterState, ReceivedFix
 from touchline.onboard.estimation.adaptation import add_stray
-from touchline.onboard.estimation.consistency_monitor import note_innovation
+from touchline.onboard.estimation.calibration import WAVE_SAMPLES
 from touchline.onboard.estimation.gauss_markov import position_error
 from touchline.onboard.estimation.learned_constants import start_variance
 from touchline.onboard.estimation.tail import (
@@ -44,6 +44,7 @@ from touchline.onboard.filter_model import (
     FilterCounters,
     FilterFigures,
     FixInTick,
+    TickInputs,
 )
 from touchline.onboard.interface import TICK_S
 from touchline.schemas.onboard import OnboardConfig
@@ -125,6 +126,18 @@ def enter_fix(fix: ReceivedFix, ring: FilterState) -> int:
 
 
 @borrowing
+def add_sway(fix: FixInTick, z: TickInputs, c: FilterFigures) -> None:
+    """Add to the variance of a fix that of the antenna, whose mast sways on waves of the ground.
+
+    Args:
+        fix: The fix, updated.
+        z: Inputs of the tick in which it is valid.
+        c: Figures of the filter.
+    """
+    fix.variance_m2 += WAVE_SAMPLES * c.mast_s2 * c.mast_s2 * z.waves_var
+
+
+@borrowing
 def fix_rows(at: TickEstimate, fix: FixInTick, c: FilterFigures, h: Floats) -> tuple[float, float]:
     """Return innovations and fill in the Jacobian of a fix: place of the antenna, whose mast leans with the ground.
 
@@ -185,7 +198,6 @@ def position_fit(
     n.fix_step_m = math.hypot(y[0] - n.innovation_east_m, y[1] - n.innovation_north_m)
     n.innovation_east_m, n.innovation_north_m, n.fix_nis_last = y[0], y[1], weighed
     n.fix_white_0, n.fix_white_1, n.fix_log_det = whitened(at.P, h, y, fix.variance_m2)
-    note_innovation(n, at.x[HEADING], at.x[SPEED], c.burst_var > 0.0)
     if c.burst_var == 0.0:
         return weighed, likelihood(nis, c.fix_dof)
     nis = nis_of_two(at.P, h, y, fix.variance_m2 + c.burst_var)

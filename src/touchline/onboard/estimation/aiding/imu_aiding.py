@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.jit import borrowing, kernel
+from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.estimation.learned_constants import start_variance
 from touchline.onboard.estimation.standing import settle_dispute
@@ -40,6 +41,10 @@ _NO_IMU_SPEED_VAR = 1e-4  # (1 m/s² · a tick)²
 _ROUGH_SHARE = 1.0 / 30.0  # weight of the newest tick
 _ROUGH_MOST = 1.0  # (m/s²)² a tick counts: one jolt is no shaking
 _ROUGH_FROM = 0.3**2  # (m/s²)²; noise by the data sheet makes 0.012², driving a plan at most 0.17², an e-stop 0.31²
+_PITCH_SHARES = (0.1, 0.01)  # weights of the newest tick: motors vibrate faster, biases and slopes change more slowly
+_PITCHING_FROM = 0.01**2  # (rad/s)²; noise by the data sheet makes 0.0006², a cheap gyro's cross axis in curves 0.01²
+_PITCHES_FOR_S = 0.1  # a rate that oscillates at 1 to 2 Hz stays alike for as long
+_WAVES_CHANGE_IN_S = 1.0  # a wave of 1 to 2 m at 1 m/s
 _SPEED_NOISE_MPS = 0.0005  # per tick, from pitching and vibration, beyond the accelerometer's own noise
 _GYRO_FLOOR_RADPS = 1e-4
 _SIDE_FLOOR_MPS2 = 0.02
@@ -114,6 +119,7 @@ def take_imu(c: ComputerState) -> bool:
     row = c.filter.inputs[sampled % RING]
     row.gyro_radps = c.frame.readings[GYRO + 2] / c.filter.figures.gyro_scale
     row.accel_mps2 = 0.5 * (accel + before)
+    row.pitch_radps = c.frame.readings[GYRO + 1]
     row.side_mps2 = c.frame.readings[ACCEL + 1]
     state.accel_mps2 = accel
     state.imu_tick = sampled
@@ -163,6 +169,33 @@ def add_shaking_noise(P: Floats, before: TickInputs, z: TickInputs) -> None:
         z.rough += _ROUGH_SHARE * (min(step * step, _ROUGH_MOST) - z.rough)
     if z.rough > _ROUGH_FROM:
         P[SPEED, SPEED] += 2.0 * z.rough * TICK_S * TICK_S
+
+
+@borrowing
+def add_pitching_noise(P: Floats, before: TickInputs, z: TickInputs) -> None:
+    """Add process noise to the forward accelerometer's bias while the body pitches on waves of the ground.
+
+    That bias holds gravity's part. On waves of 2 cm it changes by 0.3 m/s² within half a second; a filter that takes it
+    for constant explains this by wheels that slip. A rate of σ that stays alike for τ adds a random walk of g²·σ²·τ.
+    Along the crests the body pitches too slowly to be felt, but leans: gravity's part across varies, by its variance
+    within a second, and the part forward is taken to do so, too.
+
+    Args:
+        P: (STATES, STATES) predicted covariance, updated.
+        before: Inputs of the tick before.
+        z: Inputs of this tick, with `waves_var`; means of the pitch rate and `pitching` are filled in.
+    """
+    fast, slow, z.pitching = before.pitch_means_radps[0], before.pitch_means_radps[1], before.pitching
+    if not math.isnan(z.pitch_radps):
+        if math.isnan(slow):
+            fast = slow = z.pitch_radps
+        fast += _PITCH_SHARES[0] * (z.pitch_radps - fast)
+        slow += _PITCH_SHARES[1] * (z.pitch_radps - slow)
+        z.pitching += _PITCH_SHARES[1] * ((fast - slow) ** 2 - z.pitching)
+    z.pitch_means_radps[0], z.pitch_means_radps[1] = fast, slow
+    P[ACCEL_BIAS, ACCEL_BIAS] += z.waves_var / _WAVES_CHANGE_IN_S * TICK_S
+    if z.pitching > _PITCHING_FROM:
+        P[ACCEL_BIAS, ACCEL_BIAS] += GRAVITY_MPS2**2 * (z.pitching - _PITCHING_FROM) * _PITCHES_FOR_S * TICK_S
 
 
 @borrowing
