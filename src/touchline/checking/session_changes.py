@@ -31,6 +31,12 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "changes the last digits."
         ),
         (
+            "On rough ground the estimator took what gravity does to the accelerometer for wheels that slip, or for"
+            " a slope of 30 %, and claimed σ of 14 mm where it was 18 cm off. It feels the body pitch and lean, and"
+            " believes accelerometer and fixes less meanwhile. The fixes of a receiver that had jumped made it "
+            "distrust itself a minute later; they do not count."
+        ),
+        (
             "A guided robot that loses its pose stands before its place is less certain than r_s allows for, says "
             "so, and goes on as soon as it has a pose again; it used to drive on to a σ of 0.15 m. Where cameras "
             "leave a strip unseen it may come to rest there for good: give a larger `radius_m` "

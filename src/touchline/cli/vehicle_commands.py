@@ -10,7 +10,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import DRIVES, TOOLS
 from touchline.schemas.spec import EVERY_FIELD
 from touchline.schemas.vehicles import Vehicle
-from touchline.schemas.vehicles.shipped import SHIPPED
+from touchline.schemas.vehicles.shipped import DEFAULT_NAME, SHIPPED, with_its_own
 
 
 def register(app: typer.Typer) -> None:
