@@ -12,7 +12,7 @@ import pytest
 import touchline
 
 #: Of `touchline simulate study-square --hash`.
-HASH = "c369438abde4a5d0"
+HASH = "724f3ef7e094ec3b"
 
 
 def pursue(state: touchline.FollowerState, ahead: touchline.FollowerAhead) -> tuple[float, float]:
