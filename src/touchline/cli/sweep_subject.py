@@ -8,14 +8,14 @@ from typing import Annotated, Final
 
 import typer
 
-from touchline.cli.choices import PlanChoice, SetupChoice
+from touchline.cli.choices import PlanChoice
 from touchline.cli.number_list import numbers_of
 from touchline.schemas.catalogue import shipped_templates
 from touchline.schemas.errors import SpecError
 from touchline.schemas.given_angles import given_angle
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.spec import read_text
+from touchline.schemas.spec import parse, read_text
 
 _BESIDE_GOAL: Final = "give one of them: a robot works on a template or drives to a goal"
 
@@ -75,10 +75,11 @@ def _parsed_subject(subject: str) -> tuple[str | None, Scenario]:
     if not path.exists():
         names = ", ".join(shipped_templates())
         raise SpecError(subject, "", "is no scenario file, template file or shipped template", f"use one of: {names}")
+    text = read_text(path)
     try:
-        content = json.loads(read_text(path))
+        content = json.loads(text)
     except ValueError:
         content = None
     if isinstance(content, dict) and ("segments" in content or "areas" in content):
         return subject, Scenario()
-    return None, SetupChoice(scenario=path).chosen().scenario
+    return None, parse(Scenario, text, path.name)
