@@ -224,12 +224,10 @@ class SetupChoice:
         name = VehicleChoice(self.vehicle).name
         return Setup(
             vehicle=VehicleChoice(self.vehicle).chosen(),
-            onboard=_changed(
-                with_its_own(name, _read(OnboardConfig, self.onboard)), follower=self.follower
-            ).on(_today()),
-            scenario=_changed(
-                on_its_ground(name, _read(Scenario, self.scenario)), seed=self.seed, noise=self.noise
+            onboard=_changed(with_its_own(name, _read(OnboardConfig, self.onboard)), follower=self.follower).on(
+                _today()
             ),
+            scenario=_changed(on_its_ground(name, _read(Scenario, self.scenario)), seed=self.seed, noise=self.noise),
         )
 
     def refuse_with(self, other: str, remedy: str) -> None:
