@@ -142,7 +142,7 @@ class DriveSheet(GrownSpec):
     slip_tau_s: Seconds = 0.5
     """Correlation time of the slip."""
     side_slip_m_rtm: Deviation = 0.01
-    """Random walk sideways, 1 σ after a metre (logs of other robots: 0.02)."""
+    """Random walk sideways, 1 σ after a metre (logs of other robots: 0.02; the shipped marker: 0.004)."""
     grip: Annotated[float, Field(ge=0.05, le=2)] = 0.6
     """Largest braking force over the load on the driven wheels (dry grass 0.6, wet grass 0.35)."""
 

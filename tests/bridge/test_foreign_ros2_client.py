@@ -90,11 +90,15 @@ class System:
         """A foreign client that has met no gateway as yet."""
         return foreign_client(self.definitions, self.ros2_port, DOMAIN)
 
-    def state(self) -> int:
-        """The traversal's state as our own bus has it."""
+    def status(self) -> TraversalStatus:
+        """The traversal's status as our own bus has it."""
         message = self.bus.inbox([topics.STATUS], keep="latest").wait(60.0)[-1].decode()
         assert isinstance(message, TraversalStatus)
-        return message.state
+        return message
+
+    def state(self) -> int:
+        """Its state."""
+        return self.status().state
 
 
 @pytest.fixture(scope="module")
@@ -143,10 +147,11 @@ def answers(bus: Bus) -> bool:
     return True
 
 
-def until(condition: Callable[[], Any], timeout_s: float = 100.0) -> Any:
+def until(condition: Callable[[], Any], timeout_s: float = 100.0, why: Callable[[], object] = str) -> Any:
+    """Wait until a condition holds; in vain, `why` says what there is instead."""
     deadline = time.monotonic() + timeout_s
     while not (value := condition()):
-        assert time.monotonic() < deadline, "waited in vain"
+        assert time.monotonic() < deadline, f"waited in vain: {why()}"
         time.sleep(0.05)
     return value
 
@@ -241,13 +246,19 @@ def test_it_drives_to_a_goal_that_is_published_and_to_one_from_the_command_line(
         meet(client)
         client.do("publish", **pose, message=goal_pose(3.0, 1.0, 0.5, frame="odom"))
 
+        told: list[str] = []
+
         def refused() -> bool:
-            told = [message for _, message in events.messages()]
-            return any(event.code == "goal-refused" and "'odom'" in event.text for event in told)
+            told.extend(f"{event.code}: {event.text}" for _, event in events.messages())
+            return any(text.startswith("goal-refused") and "'odom'" in text for text in told)
+
+        def driven() -> bool:
+            told.extend(f"{event.code}: {event.text}" for _, event in events.messages())
+            return robot.state() == TraversalStatus.DONE
 
         until(refused)
         client.do("publish", **pose, message=goal_pose(3.0, 1.0, 0.5))
-        until(lambda: robot.state() == TraversalStatus.DONE, 200.0)
+        until(driven, 200.0, lambda: (robot.status(), told))
         at = robot.bus.inbox([topics.ODOMETRY], keep="latest").wait(60.0)[-1].decode()
         assert math.hypot(at.pose.pose.position.x - 3.0, at.pose.pose.position.y - 1.0) < 0.03
         done = touchline("goto", "6", "1", "-0.5", "--json", config=robot.bus.config)
@@ -270,7 +281,7 @@ def test_it_drives_the_robot_and_reads_what_our_own_bus_has(robot: System, clien
     inbox = robot.bus.inbox(READ)
     assert answers(robot.bus)  # so it knows of the inbox, as it will of what the client listens to when that calls
     answer = call(client, topics.START_TRAVERSAL, **REQUEST.model_dump(mode="json"))
-    assert answer["success"]
+    assert answer["success"], (answer, robot.status())
     assert answer["total_time"] == pytest.approx(LENGTH_M / 0.8, rel=0.2)
 
     theirs: dict[str, list[Any]] = {f"/{topic.name}": [] for topic in READ}
@@ -313,7 +324,7 @@ def test_when_the_gateway_dies_its_tokens_go_and_the_robot_drives_on(
     meet(client)
     listen(client, [topics.STATUS])
     start = REQUEST.model_dump(mode="json")
-    until(lambda: call(client, topics.START_TRAVERSAL, **start)["success"])  # it may still be braking
+    until(lambda: call(client, topics.START_TRAVERSAL, **start)["success"], why=robot.status)  # it may still be braking
     gateway.kill()
     until(lambda: not gateway_seen(client))
     assert robot.state() == TraversalStatus.RUNNING
