@@ -35,7 +35,7 @@ class Heard:
         emulator = self._robot._emulator
         until_s = emulator.time_s + JOB_S
         turn_until(self._robot, lambda: emulator.time_s > until_s)
-        assert emulator.onboard.state == TraversalStatus.RUNNING, emulator.onboard.status()
+        assert emulator.onboard.state == TraversalStatus.RUNNING, emulator.onboard.status
         return self.take(bus)
 
 
