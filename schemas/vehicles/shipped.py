@@ -150,10 +150,10 @@ TURTLEBOT2: Final = Vehicle(
 """A round robot on a Kobuki base, of a study on a network of robots; what its maker does not say is assumed."""
 
 ON_GRASS: Final = DriveSheet(side_slip_m_rtm=0.004)
-"""Of a marker's wheels on mown grass: it slides aside less than the computer of an unknown robot has to expect."""
+"""Data sheet of a marker's wheels on mown grass: they slide aside less than those of an unknown robot may (assumed)."""
 
 ON_A_FLOOR: Final = DriveSheet(slip_relative=0.004)
-"""Of wheels that slip on a floor: a fifth of what they do on grass, as the emulated floor has it."""
+"""Data sheet of wheels on a floor: they slip a fifth of what they do on grass, as the emulated floor has it."""
 
 SHIPPED: Final[Mapping[str, ShippedVehicle]] = MappingProxyType(
     {

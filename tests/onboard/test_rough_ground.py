@@ -64,7 +64,7 @@ def slope_after(roll_mps2, sway_rad):
 
 
 def test_waves_that_sway_the_heading_teach_no_slope():
-    """Of 2 cm and 1.6 m: the robot leans by 17 mrad, and its heading sways by 6 in step with that."""
+    """Waves of 2 cm and 1.6 m lean the robot by 17 mrad, and sway its heading by 6 mrad in step."""
     phase = 2.0 * math.pi * 0.6 * 0.08 * np.arange(375)
     found = slope_after(0.17 * np.sin(phase), 0.006 * np.sin(phase))
     assert abs(found.rise_east_mps2) < 3.0 * math.sqrt(found.east_var)

@@ -221,13 +221,15 @@ class SetupChoice:
         Raises:
             SpecError: A file is not usable.
         """
-        name = VehicleChoice(self.vehicle).name
+        body = VehicleChoice(self.vehicle)
         return Setup(
-            vehicle=VehicleChoice(self.vehicle).chosen(),
-            onboard=_changed(with_its_own(name, _read(OnboardConfig, self.onboard)), follower=self.follower).on(
+            vehicle=body.chosen(),
+            onboard=_changed(with_its_own(body.name, _read(OnboardConfig, self.onboard)), follower=self.follower).on(
                 _today()
             ),
-            scenario=_changed(on_its_ground(name, _read(Scenario, self.scenario)), seed=self.seed, noise=self.noise),
+            scenario=_changed(
+                on_its_ground(body.name, _read(Scenario, self.scenario)), seed=self.seed, noise=self.noise
+            ),
         )
 
     def refuse_with(self, other: str, remedy: str) -> None:

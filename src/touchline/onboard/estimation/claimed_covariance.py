@@ -55,9 +55,8 @@ def claimed_position_sigma(c: ComputerState) -> float:
     Args:
         c: State with an estimate.
     """
-    P, learned, mast = c.filter.covariances[c.times.tick % m.RING], c.filter.learned, c.filter.figures.mast_s2
-    east = P[m.EAST, m.EAST] + mast * mast * learned.east_var
-    return math.sqrt(max(east, P[m.NORTH, m.NORTH] + mast * mast * learned.north_var))
+    east, north, _ = _position_covariance(c)
+    return math.sqrt(max(east, north))
 
 
 @kernel
@@ -67,10 +66,7 @@ def largest_position_variance(c: ComputerState) -> float:
     Args:
         c: State with an estimate.
     """
-    P, learned, mast = c.filter.covariances[c.times.tick % m.RING], c.filter.learned, c.filter.figures.mast_s2
-    east = P[m.EAST, m.EAST] + mast * mast * learned.east_var
-    north = P[m.NORTH, m.NORTH] + mast * mast * learned.north_var
-    both = P[m.EAST, m.NORTH] + mast * mast * learned.east_north
+    east, north, both = _position_covariance(c)
     variance_m2: float = 0.5 * (east + north) + math.hypot(0.5 * (east - north), both)
     return variance_m2
 
@@ -95,6 +91,17 @@ def course_sigma(c: ComputerState) -> float:
     """
     by_east, by_north = _drift(c)
     return math.sqrt(_course_variance(c, by_east, by_north))
+
+
+@kernel
+def _position_covariance(c: ComputerState) -> tuple[float, float, float]:
+    """Return the variances east and north, and their covariance [m²]."""
+    P, learned, mast = c.filter.covariances[c.times.tick % m.RING], c.filter.learned, c.filter.figures.mast_s2
+    return (
+        P[m.EAST, m.EAST] + mast * mast * learned.east_var,
+        P[m.NORTH, m.NORTH] + mast * mast * learned.north_var,
+        P[m.EAST, m.NORTH] + mast * mast * learned.east_north,
+    )
 
 
 @kernel
