@@ -236,7 +236,7 @@ class Guarded:
         self._hold(inside, "paint outside what the plan sprays")
         if not self._kinds & POSITION_FAULTS:
             lateral = abs(self.emulator.work.ledger.lateral_m)
-            self._hold(lateral < 0.09, f"paint {lateral:.3f} m beside its line")
+            self._hold(lateral < 0.08, f"paint {lateral:.3f} m beside its line")
             points = self.emulator.work.ledger.rows(0)
             astray = len(points) and points[-1, projection.POINT_TARGET] == -1.0
             self._hold(not astray or "valve-stuck" in self._kinds, "paint that belongs to no line")

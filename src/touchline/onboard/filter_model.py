@@ -148,8 +148,11 @@ class LearnedFigures(Record):
     east_var: float
     east_north: float
     north_var: float
+    side_mean_mps2: float
+    """Mean of the left axis' reading beyond what these three explain, over the last second: waves vary about it, and a
+    yaw rate that is wrong moves it."""
     waves_var: float
-    """Variance of the left axis' reading beyond what these three and the sensor explain, (m/s²)²: that of gravity's
+    """Variance of the left axis' reading about that mean beyond what the sensor explains, (m/s²)²: that of gravity's
     part across on waves of the ground. Negative where it reads less than expected."""
     error_mean: Annotated[Floats, 2]
     """Means about which the errors of odometry vary."""

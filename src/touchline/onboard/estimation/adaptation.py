@@ -119,14 +119,15 @@ def note_contradiction(n: FilterCounters, c: FilterFigures, x: Floats) -> None:
 
 
 @kernel
-def has_jumped(n: FilterCounters) -> bool:
+def has_jumped(n: FilterCounters, share: float) -> bool:
     """Return whether the receiver has moved to the last fix of a run of outlying ones, rather than the estimate.
 
     Args:
         n: Counters.
+        share: Share of the distance to that fix that it has to have moved in one step.
     """
     off_m = math.hypot(n.innovation_east_m, n.innovation_north_m)
-    return n.outlying_step_m >= SEEN_SHARE * off_m
+    return n.outlying_step_m >= share * off_m
 
 
 @kernel
@@ -140,7 +141,7 @@ def strays(ring: FilterState, speed_mps: float) -> bool:
     n, fix = ring.counters, ring.arrived
     if ring.blind.wander == 0.0 or abs(speed_mps) < MOVING_MPS:
         return False
-    if has_jumped(n) and n.contradicted_m < _DRIVEN_ON_M:
+    if has_jumped(n, SEEN_SHARE) and n.contradicted_m < _DRIVEN_ON_M:
         return False
     off_m = math.hypot(n.innovation_east_m, n.innovation_north_m)
     fix.strayed_m = off_m

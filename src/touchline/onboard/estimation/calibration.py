@@ -4,9 +4,9 @@
 gravity across: a_y − v·ω = b + g·(rise_n·cos θ − rise_e·sin θ). As the robot turns, the two can be told apart. A small
 Kalman filter of three states, (b, g·rise_e, g·rise_n), does that; it needs neither speed nor position to be precise.
 On waves of the ground the reading varies by far more than the sensor's noise, and in step with the heading, which they
-sway: with the sensor's noise alone, that teaches a slope of 30 %. What innovations vary by beyond their variance is
-therefore added to it (covariance matching: R. K. Mehra, "Approaches to adaptive filtering", IEEE Trans. Automatic
-Control 17(5), 1972); the mast sways by as much, so that it counts for fixes, too.
+sway: with the sensor's noise alone, that teaches a slope of 30 %. What innovations vary by about their mean beyond
+their variance is therefore added to it (covariance matching: R. K. Mehra, "Approaches to adaptive filtering", IEEE
+Trans. Automatic Control 17(5), 1972); the mast sways by as much, so that it counts for fixes, too.
 
 **Mean slip.** The filter's slips vary about a mean that comes from rolling resistance and the tyres' radii. Each fix
 is a sample of that mean.
@@ -44,6 +44,7 @@ LEARN_TICKS: Final = 8
 _CURVE_SHARE = 0.05  # of the curve's acceleration that may be wrong: slip, and the tyres' settling
 _CLIP = 3.0  # σ: a bump or a skid may not teach more than that
 _WAVES_SHARE = 0.03  # weight of the newest sample: about 3 s are averaged
+_MEAN_SHARE = 0.1  # weight of the newest sample in the mean, which is over 0.8 s
 _WAVES_MOST = 1.0  # (m/s²)² a sample counts: one skid is no wave
 WAVE_SAMPLES: Final = 4.0
 """Number of samples, of the slope or of fixes, in which the ground leans the robot alike."""
@@ -125,7 +126,9 @@ def _learn_slope(x: Floats, z: TickInputs, c: FilterFigures, learned: LearnedFig
     if z.still and contradicts(innovation, s):
         return
     if not z.still:
-        learned.waves_var += _WAVES_SHARE * (min(innovation * innovation, _WAVES_MOST) - s - learned.waves_var)
+        learned.side_mean_mps2 += _MEAN_SHARE * (innovation - learned.side_mean_mps2)
+        wave = min((innovation - learned.side_mean_mps2) ** 2, _WAVES_MOST)
+        learned.waves_var += _WAVES_SHARE * (wave - s - learned.waves_var)
     s += WAVE_SAMPLES * max(learned.waves_var, 0.0)
     most = _CLIP * math.sqrt(s)
     innovation = min(max(innovation, -most), most)

@@ -25,6 +25,8 @@ from touchline.onboard.estimation.consistency_monitor import note_innovation
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
 from touchline.onboard.filter_model import HEADING, SPEED, FilterCounters, FilterFigures, FixInTick
 
+_CLEAR_JUMP_SHARE = 0.8  # of the distance to a rejected fix, in one step: bursts take several
+
 
 @borrowing
 def measure(at: TickEstimate, c: FilterFigures, drive: Any, n: FilterCounters, live: bool, scratch: Scratch) -> None:
@@ -61,7 +63,7 @@ def accept_fix(at: TickEstimate, fix: FixInTick, c: FilterFigures, n: FilterCoun
     if not math.isnan(fix.heading_rad):
         share = share_of_poses(share, at, fix, n, h[0])
     accepted: bool = passes_doubt(c, n, nis, share)
-    if accepted or not has_jumped(n):
+    if accepted or not has_jumped(n, _CLEAR_JUMP_SHARE):
         note_innovation(n, at.x[HEADING], at.x[SPEED], c.burst_var > 0.0)
     return accepted
 
