@@ -61,8 +61,8 @@ def test_wander_is_recovered_from_a_track():
     found = []
     for seed in range(3):
         course = 0.03 * gauss_markov(200_000, math.exp(-0.01 / 0.8), np.random.default_rng(seed))
-        log = log_of(course, 0.002, seed=seed, seconds=2000.0)
-        sigmas = {length: track.lateral_sigma_m(matched(log), float(length)) for length in LENGTHS}
+        driven = matched(log_of(course, 0.002, seed=seed, seconds=2000.0))
+        sigmas = {length: track.lateral_sigma_m(driven, float(length)) for length in LENGTHS}
         for length in (1, 2, 5):
             expected = 0.03**2 * wander_variance(float(length), 0.8) + noise_variance(float(length), 0.1, 0.002)
             assert sigmas[length] == pytest.approx(math.sqrt(expected), rel=0.2)
