@@ -7,9 +7,9 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
-            "The computer of the shipped marker expects its wheels to slide aside by 4 mm after a metre, no longer "
-            "by 1 cm as that of an unknown robot: a burst of the receiver moves the estimate less. Of 16 soccer "
-            "pitches (seeds 1 to 16) 13 are accepted instead of 9."
+            "The computer of the shipped marker expects its wheels to slide aside by 4 mm after a metre, no "
+            "longer by 1 cm as that of an unknown robot: a burst of the receiver moves the estimate less. Of 16 "
+            "soccer pitches (seeds 1 to 16) 13 are accepted instead of 9."
         ),
         (
             "Drives to a goal amid things that the plan does not know saw ground as free where beams without a "
@@ -21,20 +21,22 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "rest. Beside the end of a wall a robot was stopped on way after way, and gave up."
         ),
         (
-            "A robot that is nearer to something than it may be may drive on where it comes no nearer, though it is"
-            " not exactly on its path; ways to goals begin by the error that hits have then, and keep what a long "
-            "body needs to turn. In mode `protect` robots beside the end of a wall were stopped on way after way, "
-            "and gave up."
+            "A robot that is nearer to something than it may be may drive on where it comes no nearer, though it "
+            "is not exactly on its path; ways to goals begin by the error that hits have then, and keep what a "
+            "long body needs to turn. In mode `protect` robots beside the end of a wall were stopped on way after "
+            "way, and gave up."
         ),
         (
             "The filter's updates and the steps of the emulated world are calculated in another order, which "
             "changes the last digits."
         ),
         (
-            "On rough ground the estimator took what gravity does to the accelerometer for wheels that slip, or for"
-            " a slope of 30 %, and claimed σ of 14 mm where it was 18 cm off. It feels the body pitch and lean, and"
-            " believes accelerometer and fixes less meanwhile. The fixes of a receiver that had jumped made it "
-            "distrust itself a minute later; they do not count."
+            "On rough ground the estimator took what gravity does to the accelerometer for wheels that slip, or "
+            "for a slope of 30 %, and claimed σ of 14 mm where it was 18 cm off. It feels the body pitch and "
+            "lean, and believes accelerometer and fixes less meanwhile. The fixes of a receiver that had jumped "
+            "made it distrust itself a minute later; they do not count. A larger σ that one fault has taught is "
+            "taken back by the evidence of the drive: a robot whose gyro had erred for 3 s stopped every 10 s for "
+            "minutes."
         ),
         (
             "A guided robot that loses its pose stands before its place is less certain than r_s allows for, says "
@@ -45,26 +47,26 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
         ),
         (
             "The estimator learns what a robot's files are wrong about: gyro scale, place of the antenna, stamp "
-            "offset (`gnss.antenna_sigma_m`, `gnss.stamp_offset_sigma_s`, `imu.gyro_scale_sigma`). Until the motion"
-            " has told it, the claimed σ has it; a difference is reported (`files-differ`), kept over jobs and "
-            "restarts, and printed by `estimate`."
+            "offset (`gnss.antenna_sigma_m`, `gnss.stamp_offset_sigma_s`, `imu.gyro_scale_sigma`). Until the "
+            "motion has told it, the claimed σ has it; a difference is reported (`files-differ`), kept over jobs "
+            "and restarts, and printed by `estimate`."
         ),
         (
             "The drift down a slope was taken to one side whatever the side of the slope, and put the heading off "
             "by three σ on 8 %. What is not known of the slope, and of the angle at which a robot drives aside of "
-            "where it heads (`drive.crab_rad`), is in the claimed covariance; robots outdoors expect slopes of 2 %,"
-            " and to wander by 1 cm a metre."
+            "where it heads (`drive.crab_rad`), is in the claimed covariance; robots outdoors expect slopes of 2 "
+            "%, and to wander by 1 cm a metre."
         ),
         (
-            "The emulated receiver errs as a moving one does: in bursts that last for seconds (`gnss.burst_share`),"
-            " beside a wander of 4.3 mm over 300 s, and the data sheet of the robot's computer (`gnss`) is of such "
-            "a receiver. Before, the tail was drawn anew for each fix, which made the robot look better than it is."
-            " Recordings and files with all fields of `gnss` keep what they have."
+            "The emulated receiver errs as a moving one does: in bursts that last for seconds "
+            "(`gnss.burst_share`), beside a wander of 4.3 mm over 300 s, and the data sheet of the robot's "
+            "computer (`gnss`) is of such a receiver. Before, the tail was drawn anew for each fix, which made "
+            "the robot look better than it is. Recordings and files with all fields of `gnss` keep what they have."
         ),
         (
             "A robot that is guided by plans and is to stand follows its plan to the end instead of braking at "
-            "once, so that others keep off it; teams by plans may have the faults `camera-outage`, `camera-swapped`"
-            " and `battery-low`."
+            "once, so that others keep off it; teams by plans may have the faults `camera-outage`, "
+            "`camera-swapped` and `battery-low`."
         ),
         (
             "A robot of a team whose wheels cannot both brake and turn as asked brakes first: it could leave its "
@@ -79,7 +81,7 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "protection asks for: it no longer stops at each of them. Parts of a line that meet are shortened "
             "beside the obstacle first."
         ),
-        "Obstacles of a template are in the emulated world: a robot that drives against one is stopped by it.",
+        ("Obstacles of a template are in the emulated world: a robot that drives against one is stopped by it."),
         (
             "A drive to a goal without Zenoh records the sprayer's state in its first tick only if that has "
             "changed; recordings of such drives by 0.1.0 are read, not checked."

@@ -51,7 +51,7 @@ FIRST_WANDER: Final = 9.0
 MOST_WANDER: Final = 100.0
 """Largest wander: 10 cm and 0.3° over a metre, 1 m and 3° over 100 m."""
 _FASTEST = 3.0  # most by which σ grows after one blind run
-_DECAY = 0.998  # of the variance, per second of one whose error is within its σ
+_RELIEF = 0.15  # of the variance, after one blind run without any error
 _LEAST = 0.01
 SEEN_SHARE: Final = 0.5
 """Share of the distance to the fixes that a receiver has to have moved from one to the next to have jumped."""
@@ -76,18 +76,23 @@ def add_wander(x: Floats, P: Floats, wander: float) -> None:
 
 
 @kernel
-def adapt_wander(blind: BlindRun, x: Floats) -> None:
+def adapt_wander(blind: BlindRun, x: Floats, known: Floats) -> None:
     """Scale the wander by the error of a blind run: faster up than down, since most errors are small by chance.
+
+    An error that is far smaller than its σ is no chance, and a wander that one fault has taught goes within minutes.
+    The less a run has added to the covariance, as at rest, the less it tells.
 
     Args:
         blind: The blind run, at its end; its wander is updated.
         x: (STATES,) state of the filter with fixes in the same tick.
+        known: (STATES, STATES) its covariance.
     """
     at, P = blind.states[1], blind.covariances[1]
     east, north = x[EAST] - at[EAST], x[NORTH] - at[NORTH]
     a, b, d = P[EAST, EAST], P[EAST, NORTH], P[NORTH, NORTH]
     share = 0.5 * (d * east * east - 2.0 * b * east * north + a * north * north) / (a * d - b * b)
-    factor = min(share, _FASTEST * _FASTEST) if share > 1.0 else _DECAY ** (blind.ticks * TICK_S)
+    news = max(1.0 - (known[EAST, EAST] + known[NORTH, NORTH]) / (a + d), 0.0)
+    factor = min(share, _FASTEST * _FASTEST) if share > 1.0 else 1.0 - _RELIEF * news * (1.0 - share)
     wander = (1.0 + blind.wander) * factor - 1.0
     blind.wander = min(wander, MOST_WANDER) if wander > _LEAST else 0.0
 

@@ -51,7 +51,7 @@ def run_blind(ring: FilterState, drive: Any, slot: int, scratch: Scratch) -> Non
             scratch,
         )
         if blind.ticks == blind.span_ticks:
-            adapt_wander(blind, ring.states[slot])
+            adapt_wander(blind, ring.states[slot], ring.covariances[slot])
             blind.ticks, blind.span_ticks = 0, min(2 * blind.span_ticks, LONGEST_TICKS)
             return
         for i in range(STATES):
