@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.onboard.rig import Run, chain, start, trajectory
+from tests.onboard.rig import Run, chain, clothoid, start, trajectory
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.executive.painted import Painted
 from touchline.onboard.executive.sprayer import JOINT_OVERLAP_M, Sprayer
@@ -44,6 +44,16 @@ def test_an_undisturbed_run_is_all_painted(follower: str, noise: str) -> None:
         before = share(run)
     assert run.onboard.painted.coverage_pct == pytest.approx(100.0, abs=1e-9)
     assert run.onboard.painted.fractions == pytest.approx([1.0, 1.0, 1.0])
+
+
+def test_segments_count_by_the_lines_that_the_nozzle_draws() -> None:
+    """A bend to the left draws a longer line with the nozzle on the right, and a bend to the right a shorter one."""
+    bends = [(0.0, 3.0), *clothoid(0.5, 1.0, 8), (0.5, 2.0), (0.25, 0.5), (-0.25, 0.5), (-0.5, 2.0), (0.0, 3.0)]
+    plan = trajectory(chain(*bends), speed=0.3, sprays=((4.0, 6.0), (7.0, 9.0)))
+    known = Painted(load_trajectory(plan, VEHICLE), VEHICLE)
+    known.add(0.0, 6.5)
+    left, right = (1.0 - curvature * VEHICLE.tool.nozzle_y_m for curvature in (0.5, -0.5))
+    assert known.belief().coverage_pct == pytest.approx(100.0 * left / (left + right), abs=0.5)
 
 
 def test_it_grows_with_the_robots_own_progress() -> None:

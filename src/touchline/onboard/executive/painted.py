@@ -1,7 +1,9 @@
 """Estimated paint: the stretches on which the robot's valve was open, by its own progress along its path.
 
 No sensor observes the paint. A stretch of the path counts from where the first drop falls to where the last one does,
-by the valve's nominal delays, whatever really came out of the nozzle and wherever the robot really was.
+by the valve's nominal delays, whatever really came out of the nozzle and wherever the robot really was. A segment's
+share is of its path; among the segments each counts by the length of its line, which a nozzle beside the axle draws
+longer or shorter than the path.
 """
 
 from __future__ import annotations
@@ -32,6 +34,8 @@ class _Piece(NamedTuple):
     start_m: float
     end_m: float
     line: int
+    stretch: float
+    """Length of the line that the nozzle draws over that of the path."""
 
 
 class Painted:
@@ -46,18 +50,20 @@ class Painted:
         self._runs = _falling(plan, vehicle)
         self._pieces: list[_Piece] = []
         lines: dict[str, int] = {}
-        self._cut(plan, lines)
+        self._cut(plan, _stretches(plan, vehicle), lines)
         self.ids = tuple(lines)
         self._starts = [piece.start_m for piece in self._pieces]
         self._ends = [piece.end_m for piece in self._pieces]
         self._lengths: NDArray[np.float64] = np.zeros(len(lines))
+        drawn_m: NDArray[np.float64] = np.zeros(len(lines))
         for piece in self._pieces:
             self._lengths[piece.line] += piece.end_m - piece.start_m
-        self._length_m = math.fsum(self._lengths)
+            drawn_m[piece.line] += piece.stretch * (piece.end_m - piece.start_m)
+        self._percents = 100.0 * drawn_m / (math.fsum(drawn_m) or 1.0)
         self._covered = [Intervals() for _ in lines]
         self._covered_m: NDArray[np.float64] = np.zeros(len(lines))
 
-    def _cut(self, plan: LoadedTrajectory, lines: dict[str, int]) -> None:
+    def _cut(self, plan: LoadedTrajectory, stretches: NDArray[np.float64], lines: dict[str, int]) -> None:
         """Fill in the pieces, and number the ids of their segments."""
         starts, lengths = plan.path[:, 5], plan.path[:, 4]
         for from_m, to_m in self._runs:
@@ -65,7 +71,8 @@ class Painted:
             while row < len(starts) and starts[row] < to_m:
                 start_m, end_m = max(from_m, float(starts[row])), min(to_m, float(starts[row] + lengths[row]))
                 if end_m - start_m > min(0.5 * float(lengths[row]), SPILL_M):
-                    self._pieces.append(_Piece(start_m, end_m, lines.setdefault(plan.ids[row], len(lines))))
+                    line = lines.setdefault(plan.ids[row], len(lines))
+                    self._pieces.append(_Piece(start_m, end_m, line, float(stretches[row])))
                 row += 1
 
     def add(self, from_m: float, to_m: float) -> None:
@@ -101,10 +108,9 @@ class Painted:
             covered = falling.setdefault(piece.line, copy.deepcopy(self._covered[piece.line]))
             covered.add(piece.start_m, piece.end_m)
             covered_m[piece.line] = covered.length
-        shares: list[float] = np.minimum(1.0, covered_m / self._lengths).tolist()
-        if self._length_m <= 0.0:
-            return PaintBelief(self.ids, shares, 100.0)
-        return PaintBelief(self.ids, shares, min(100.0, 100.0 * math.fsum(covered_m) / self._length_m))
+        shares = np.minimum(1.0, covered_m / self._lengths)
+        coverage_pct = min(100.0, math.fsum(self._percents * shares)) if self.ids else 100.0
+        return PaintBelief(self.ids, shares.tolist(), coverage_pct)
 
     def _parts(self, from_m: float, to_m: float) -> list[_Piece]:
         """Return the parts of the pieces that a stretch covers."""
@@ -113,7 +119,7 @@ class Painted:
             return []
         first, last = bisect_right(self._ends, from_m), bisect_right(self._starts, to_m)
         return [
-            _Piece(max(from_m, piece.start_m), min(to_m, piece.end_m), piece.line)
+            piece._replace(start_m=max(from_m, piece.start_m), end_m=min(to_m, piece.end_m))
             for piece in self._pieces[first:last]
             if piece.start_m < to_m
         ]
@@ -123,6 +129,13 @@ class Painted:
         index = bisect_right(self._runs, arc_length_m + END_TOLERANCE_M, key=lambda run: run[end]) - 1
         planned_m = self._runs[index][end] if index >= 0 else -math.inf
         return planned_m if abs(planned_m - arc_length_m) <= END_TOLERANCE_M else arc_length_m
+
+
+def _stretches(plan: LoadedTrajectory, vehicle: Vehicle) -> NDArray[np.float64]:
+    """Return the speed of the nozzle over that of the robot, for each segment of the path."""
+    x_m, y_m = vehicle.tool.point_m
+    curvature_1pm = plan.path[:, 3] * plan.path[:, 6]
+    return np.hypot(1.0 - curvature_1pm * y_m, curvature_1pm * x_m)
 
 
 def _falling(plan: LoadedTrajectory, vehicle: Vehicle) -> list[tuple[float, float]]:
