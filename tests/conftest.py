@@ -73,9 +73,12 @@ def no_tracebacks() -> Iterator[None]:
     os.environ.pop(VERBOSE, None)
 
 
-@pytest.fixture(scope="session", autouse=True)
+@pytest.fixture(scope="module", autouse=True)
 def own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Robots of these tests keep their journal here: not in the user's folder, nor where those of other tests do."""
+    """Robots of these tests keep their journal here: not in the user's folder, nor where those of other modules do.
+
+    An emergency stop outlasts a robot's process: the next robot of its name that finds the journal begins stopped.
+    """
     os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
 
 
