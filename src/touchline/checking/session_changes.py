@@ -7,6 +7,10 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
+            "A robot whose job another process continues less than its run-up before a line first goes back for its "
+            "heading. It drove on, paused at the line because the heading was uncertain, and only then went back."
+        ),
+        (
             "The computer of the shipped marker expects its wheels to slide aside by 4 mm after a metre, no longer "
             "by 1 cm as that of an unknown robot: a burst of the receiver moves the estimate less. Of 16 soccer "
             "pitches (seeds 1 to 16) 13 are accepted instead of 9."
