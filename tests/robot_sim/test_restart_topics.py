@@ -3,15 +3,20 @@
 import pytest
 
 from tests.meeting import caught_up
-from tests.robot_sim.bus_rig import PLAN, TEMPLATE, ask, process, turn_until
+from tests.robot_sim.bus_rig import ask, process, turn_until
+from tests.robot_sim.scripted import along_x
 from tests.robot_sim.test_ready_with_kernels import job
 from touchline.schemas import topics
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.setup import Setup as RollerSetup
+from touchline.schemas.template import Template
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
 from touchline.services.robot_sim.journal import Journal
 
 JOB_S = 1.5
+PLAN = along_x(0, 20, 20.6, 21.1, sprayed=[0, 1, 0], speed_mps=0.8)
+"""So long that a robot whose orders are answered late, while sim time passes, is far from its line all the same."""
+TEMPLATE = Template(name="far", segments=[{"id": "line", "line": {"start": (20.0, -0.41124), "end": (20.6, -0.41124)}}])
 ONCE = {topics.ORDERS.name}
 """What is sent when something happens, which need not happen again."""
 

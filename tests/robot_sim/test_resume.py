@@ -73,6 +73,22 @@ def test_another_process_goes_on_without_a_gap(noise):
         assert all(-0.02 < joint < 0.01 for joint in joints(before, after)), at
 
 
+def test_before_a_line_it_first_goes_back_for_its_heading():
+    """Driving on, it would reach the line with an uncertain heading, pause there, and only then go back."""
+    for at_m, least_m in ((2.5, 2.5), (4.3, 2.0), (4.9, 2.0)):
+        before, reached_m = killed_at(at_m, "default"), [at_m]
+        after = Emulator(Vehicle(), Scenario(seed=3))
+        after.load(PLAN, resume=before.onboard.checkpoint)
+        after.start()
+        while after.active:
+            after.tick()
+            reached_m.append(after.onboard.status.arc_length_m)
+            assert after.onboard.state in (RUNNING, DONE), (at_m, after.onboard.status)
+        assert min(reached_m) == pytest.approx(least_m, abs=0.05), at_m
+        (stroke,) = strokes(before, after)
+        assert stroke == pytest.approx((5.015, 10.03), abs=0.03), at_m
+
+
 def test_killed_while_paused_and_while_going_back():
     before = killed_at(7.0, "none")
     before.pause()

@@ -12,6 +12,11 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "three narrow bends."
         ),
         (
+            "A robot whose job another process continues less than its run-up before a line first goes back for "
+            "its heading. It drove on, paused at the line because the heading was uncertain, and only then went "
+            "back."
+        ),
+        (
             "The computer of the shipped marker expects its wheels to slide aside by 4 mm after a metre, no "
             "longer by 1 cm as that of an unknown robot: a burst of the receiver moves the estimate less. Of 16 "
             "soccer pitches (seeds 1 to 16) 13 are accepted instead of 9."

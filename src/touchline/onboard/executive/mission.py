@@ -213,9 +213,7 @@ class Mission:
     @property
     def returns(self) -> bool:
         """True if the robot, when it goes on after a stop, first returns along its path."""
-        if self._phase in (MissionPhase.ALIGN, MissionPhase.ALONG) and self.sprayer.owed_from_m is None:
-            return False
-        return self._resumed or self.sprayer.must_go_back(self._nozzle_m())
+        return self._run_up_to() is not None
 
     def lay_way(self, *, back: bool) -> None:
         """Lay the way to come in the computer's state."""
@@ -277,12 +275,22 @@ class Mission:
             return
         self._phase = MissionPhase.ALONG
         self.sprayer.closed()
-        owed = self.sprayer.owed_from_m
-        if owed is not None and (self._resumed or self.sprayer.must_go_back(self._nozzle_m())):
+        paint_m = self._run_up_to()
+        if paint_m is not None:
             run_up_m = max(self._run_up_m, RESUMED_RUN_UP_M if self._resumed else 0.0)
-            self._back_to_m = max(owed - run_up_m, self.driver.leg.start_m)
-            self._resumed = False
+            self._back_to_m = max(paint_m - run_up_m, self.driver.leg.start_m)
             self._phase = MissionPhase.STOP_TO_GO_BACK
+        self._resumed = False
+
+    def _run_up_to(self) -> float | None:
+        """Return the place of paint that the robot first goes back for; None if it drives on from where it is.
+
+        A resumed process also does so for a line that it would reach before its heading is known.
+        """
+        nozzle_m, owed_m = self._nozzle_m(), self.sprayer.owed_from_m
+        if self._resumed and owed_m is None:
+            return self.plan.first_spray_between(nozzle_m, nozzle_m + self._run_up_m)
+        return owed_m if self._resumed or self.sprayer.must_go_back(nozzle_m) else None
 
     def _run(self) -> Asking[Step]:
         if self._phase is MissionPhase.ALIGN:
