@@ -167,6 +167,24 @@ def test_it_comes_as_close_as_it_may(rules, standing, least, most):
     assert least < 7.9 - drive.x - 0.75 < most
 
 
+def beside(gap_m, slope=0.0):
+    """A wall on the right, nearer by the slope farther on, as a lidar with noise sees it."""
+    rng, x = np.random.default_rng(1), np.arange(-2.0, 14.0, 0.02)
+    return lambda _: np.column_stack((x, slope * x - 0.5 - gap_m + rng.normal(0.0, 0.005, len(x))))
+
+
+def test_it_drives_on_along_a_wall_to_which_it_is_too_near():
+    drive = Drive(LINE, beside(0.1), ruled(mode="protect", margin_m=0.1))  # 2 cm, the error of hits, are missing
+    drive.until_state(DONE)
+
+
+def test_it_does_not_creep_into_a_wall_to_which_it_is_too_near():
+    drive = Drive(LINE, beside(0.1, 0.01), ruled(mode="protect", margin_m=0.1))
+    drive.ticks(6000)
+    assert 0.05 < 0.1 - 0.01 * drive.x < 0.09
+    assert drive.onboard.state == PAUSED
+
+
 @pytest.mark.parametrize("rules", [{}, {"mode": "protect"}])
 def test_zones_are_where_a_thing_slows_it_down_or_stops_it(rules):
     drive = Drive(LINE, vehicle=ruled(**rules))

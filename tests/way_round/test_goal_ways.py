@@ -118,3 +118,12 @@ def test_a_robot_that_begins_before_the_end_of_a_wall_goes_round_it(seed: int) -
     assert not hits(done)
     from_rest = [each for each in done.outcome.earlier if each.reason == goal_pursuit.GO_ROUND]
     assert len(from_rest) <= 5  # protection lets it drive the ways that it plans
+
+
+@pytest.mark.parametrize(
+    "corners", [((-3.0, -0.75), (3.0, -0.75)), ((-0.7, 4.15), (-0.7, -0.85), (4.3, -0.85))], ids=["beside", "corner"]
+)
+def test_a_robot_that_begins_beside_a_wall_or_in_a_corner_gets_away(corners: tuple[tuple[float, float], ...]) -> None:
+    done = going(*wall(*corners), seed=1)  # 0.2 m from one wall, 0.3 m from two
+    assert not done.problem
+    assert not hits(done)

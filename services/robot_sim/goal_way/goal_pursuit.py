@@ -344,7 +344,7 @@ class GoalPursuit:
     def _planned(self, leave: _Leave) -> Planning[tuple[WayRequest, PlannedWay] | None]:
         """Plan round what was seen, with as much margin as there is room for; None if there is no such way."""
         best: tuple[WayRequest, PlannedWay] | None = None
-        levels_m = self._levels_m
+        levels_m = self._levels_from_m(leave.begins)
         if self._shut_in and not (yield from self._is_way(leave)):
             return None
         latest_tick = self._emulator.tick_count + round(HASTE * self.keep_s * TICKS_PER_S)
@@ -442,6 +442,11 @@ class GoalPursuit:
         wide_m = max(self._passing_m, needed_m + WIDER_M[0])
         return (wide_m, *(needed_m + wider_m for wider_m in WIDER_M[1:]))
 
+    def _levels_from_m(self, begins: WayAhead) -> tuple[float, ...]:
+        """Margins to plan a way with: also as near as the robot may come where it begins, if that is farther."""
+        nearest_m = self._nearest_m(begins)
+        return tuple(sorted({*self._levels_m, max(nearest_m, self._levels_m[-1])}, reverse=True))
+
     @property
     def _needed_m(self) -> float:
         """Distance from things at which protection lets the robot pass, however slowly.
@@ -460,9 +465,9 @@ class GoalPursuit:
         return self._vehicle.protection.margin_m + error_m + self._off_way_m + self._coming_m + again_m
 
     def _seen_free_behind(self, way: WayAhead) -> bool:
-        """Return whether a robot that drives this way goes backward only over ground that it has seen as free."""
+        """Return whether the robot sees behind, or drives this way backward only over ground that it saw as free."""
         backward = way.poses[way.backward]
-        if not len(backward):
+        if not len(backward) or self._emulator.onboard.protection.sees_all_round:
             return True
         own = self._standing_body.buffer(2.0 * CELL_M)
         swept = shapely.union_all([body_at((x, y, turn), self._vehicle) for x, y, turn in backward.tolist()])

@@ -17,6 +17,12 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "back."
         ),
         (
+            "A robot that is nearer to something than it may be may come 2 cm nearer than it stood, but not "
+            "nearer than 5 cm, and ways to goals are also looked for with the distance at which it stands: the "
+            "noise of each scan stopped it. A robot whose lidars see all round may drive backward over ground "
+            "that it has not seen. In mode `protect` robots that began beside a wall, or in a corner, gave up."
+        ),
+        (
             "The computer of the shipped marker expects its wheels to slide aside by 4 mm after a metre, no "
             "longer by 1 cm as that of an unknown robot: a burst of the receiver moves the estimate less. Of 16 "
             "soccer pitches (seeds 1 to 16) 13 are accepted instead of 9."

@@ -329,6 +329,8 @@ class WayState(Record):
     """Tick at whose end the oldest hit was measured."""
     error_m: float
     """Bound on the error of the hits."""
+    stood_m: float = math.inf
+    """Distance from the body to the nearest hit when the robot stood last; infinite once it is far enough away."""
     stop_m: float
     """Way from the first pose up to which the robot may come to rest; infinite if nothing is in the way."""
     room_m: float

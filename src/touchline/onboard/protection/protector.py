@@ -174,9 +174,14 @@ class Protector:
         self._set_speeds()
 
     @property
+    def sees_all_round(self) -> bool:
+        """True if the lidars leave no direction out."""
+        return self.on and self._blind_rad == 0.0
+
+    @property
     def watches_all_round(self) -> bool:
         """True if the lidars see all round and things may move: nobody can be near when the robot moves off."""
-        return self.on and self._blind_rad == 0.0 and self._way.thing_mps > 0.0
+        return self.sees_all_round and self._way.thing_mps > 0.0
 
     @property
     def left_out(self) -> str:

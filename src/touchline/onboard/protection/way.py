@@ -53,7 +53,10 @@ OFF_AGAIN_M: Final = 0.05
 """Clearance from things that may move, beyond what is needed and the error of hits, at which the robot comes to rest as
 planned: at the limit the noise of hits would not let it drive away again."""
 _SWING_M: Final = 0.02
-"""Distance by which a robot that leaves a thing may come nearer: its nose swings."""
+"""Distance by which a robot that leaves a thing, or stood beside it, may come nearer: its nose swings, and scans have
+noise."""
+_WRONG_M: Final = 0.05
+"""Distance from things from which on it may come no nearer at all: as much may returns be wrong."""
 _LEFT_M: Final = 0.1
 """Distance that it is farther away then."""
 _NEAR_SHARE: Final = 0.4
@@ -132,13 +135,20 @@ def lay_straight(computer: Computer) -> None:
 
 
 @kernel
+def _nearest_m(way: WayState) -> float:
+    """Return the distance from the nearest thing to the body where it is."""
+    nearest_m: float = min(way.clear_m[0], way.standing_m[0]) + way.slack_m[0]
+    return nearest_m
+
+
+@kernel
 def _needed_m(way: WayState, j: int, off_m: float) -> float:
     """Return the clearance that is needed at a pose from things that stand.
 
-    A robot that is nearer than that already may move as long as it does not come nearer still: where it is, its
-    distance from the path is measured with the rest.
+    A robot that is nearer than that already may move as long as it does not come nearer still, or hardly nearer than it
+    stood: where it is, its distance from the path is measured with the rest.
     """
-    nearest_m = min(way.clear_m[0], way.standing_m[0]) + way.slack_m[0]
+    nearest_m = min(_nearest_m(way), max(way.stood_m - _SWING_M, _WRONG_M))
     needed_m: float = min(way.margin_m + way.error_m + off_m, nearest_m - way.slack_m[j])
     return needed_m
 
@@ -151,7 +161,7 @@ def _before_m(way: WayState, j: int, off_m: float) -> float:
     scan would be a creep into contact.
     """
     before_m: float = way.ahead_m[max(j - 1, 0)]
-    if min(way.clear_m[0], way.standing_m[0]) + way.slack_m[0] >= way.margin_m + way.error_m + off_m:
+    if _nearest_m(way) >= way.margin_m + way.error_m + off_m:
         before_m = 0.5 * (before_m + way.ahead_m[j])
     return before_m
 
@@ -251,16 +261,27 @@ def _leaves(way: WayState) -> bool:
 
 
 @kernel
+def _note_rest(way: WayState, speed_mps: float, off_m: float) -> None:
+    """Note how near to things the robot stands, until it is as far away as it has to be."""
+    nearest_m = _nearest_m(way)
+    if abs(speed_mps) < CREPT_MPS:
+        way.stood_m = nearest_m
+    elif nearest_m >= way.margin_m + way.error_m + off_m:
+        way.stood_m = math.inf
+
+
+@kernel
 def find_stop(computer: Computer) -> None:
     """Find the place up to which the robot may come to rest with hits as old as they get, and the least room.
 
-    They are `stop_m`, `room_m` and `fixed_room_m`.
+    They are `stop_m`, `room_m` and `fixed_room_m`; `stood_m` is updated, too.
 
     Args:
         computer: (1,) whose clearances are measured; updated.
     """
     way = computer[0].way
-    off_m = _motion(computer)[2]
+    _, speed_mps, off_m = _motion(computer)
+    _note_rest(way, speed_mps, off_m)
     grown_m = way.thing_mps * (way.late_ticks * TICK_S + way.reaction_s + way.creep_s)
     now_m = way.clear_m[0] + way.slack_m[0] - _EXACT_M
     kept_m = max(way.margin_m + way.error_m + grown_m, now_m - _SWING_M) - _EXACT_M
