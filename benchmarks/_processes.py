@@ -42,6 +42,11 @@ def cpu_s(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def waited_s(pid: int) -> float:
+    """Time for which the first thread of a process has waited for a processor (s)."""
+    return int((_PROC / str(pid) / "schedstat").read_text().split()[1]) / 1e9
+
+
 def processes(supervisor: int) -> dict[str, int]:
     """Process ids of a supervisor and of what it runs, by name.
 

@@ -165,6 +165,15 @@ class TeamService:
             self._resume(taking, tasks)
         else:
             self._coordination.go_on(tasks)
+            self._begin_soon()
+
+    def _begin_soon(self) -> None:
+        """Make the first cells as soon as all robots, which stand, have reported that: at the next exchange."""
+        if self._lockstep:
+            return  # every exchange has an update there
+        self._next_tick = self._exchange.update_ticks
+        for name in self._robots.links:
+            self._robots.take_in(name)
 
     def _resume(self, taking: TakeOver, tasks: DispatchMemory | None) -> None:
         """Go on with the plans that robots follow, and the tasks of another dispatcher, if there was one."""

@@ -47,7 +47,7 @@ LONG = frozenset(
             "poses",
         ),
         *("protection", "random_fields", "region_processes", "routes", "shared", "simulate", "soak", "steering"),
-        *("stops", "system", "timelines"),
+        *("stops", "system", "takeovers", "timelines"),
     )
 )
 """Those of more than four seconds."""

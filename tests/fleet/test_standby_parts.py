@@ -11,7 +11,13 @@ from touchline.bus import Answer, Bus, BusConfig
 from touchline.coordination.start_poses import free_area
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
-from touchline.schemas.messages import BeginGuidedResponse, CommandResponse, SetOwnerRequest, SetOwnerResponse
+from touchline.schemas.messages import (
+    BeginGuidedResponse,
+    CommandResponse,
+    SetOwnerRequest,
+    SetOwnerResponse,
+    Whereabouts,
+)
 from touchline.schemas.team import TeamScenario
 from touchline.services.coordinator.group_call import start_guidance
 from touchline.services.coordinator.recall import Recall
@@ -144,6 +150,38 @@ def test_robots_by_cells_that_nobody_guided_are_left_alone() -> None:
     assert recalling.none_is_guided
     assert not recalling.former_is_back
     assert set(robots["a"].asked) == {topics.SET_OWNER.name}
+
+
+class Recalled:
+    """A recall that is over."""
+
+    none_is_guided, waits_for = False, dict[str, str]()
+
+    def turn(self) -> bool:
+        return True
+
+
+def test_the_first_cells_are_made_at_the_first_exchange_after_all_robots_were_guided_anew(
+    bus_config: BusConfig,
+) -> None:
+    team = TeamScenario.model_validate({"robots": 2, "avoid": "cells"})
+    with Bus.open(topics.COORDINATOR, bus_config.of(topics.TEAM_NAMESPACE)) as bus:
+        service = TeamService(bus, team, free_area(team), lockstep=False, alone=False, former=TeamMemory(team=team))
+        service._taking = cast(Recall, Recalled())
+        links = service._robots.links.values()
+        for link in links:
+            link.whereabouts = Whereabouts(stamp_s=7.0, adopted=9, decided=9)  # as it reported to the former one
+        service.turn()
+        for stamp_s in (9.1, 9.2):
+            assert not service.figures["updates"]
+            for place, link in enumerate(links):
+                link.whereabouts = Whereabouts(
+                    stamp_s=stamp_s, x_m=1.0 + place, y_m=1.0, stop_x_m=1.0 + place, stop_y_m=1.0
+                )
+                link.fresh = True
+            service.turn()
+        assert service.figures["updates"] == 1
+        assert service._coordination.hub is not None
 
 
 def test_a_journal_is_of_the_same_team_or_counts_for_nothing(tmp_path: Path) -> None:

@@ -108,9 +108,18 @@ def test_robots_under_two_cameras_that_confuse_them_do_not_touch(avoid: str) -> 
     assert worst_m < 0.05
 
 
-@pytest.mark.parametrize(("radius_m", "strip_m", "crosses"), [(0.2, 0.6, True), (0.2, 1.2, False), (0.25, 1.2, True)])
+@pytest.mark.parametrize(
+    ("avoid", "radius_m", "strip_m", "crosses"),
+    [
+        ("plans", 0.2, 0.6, True),
+        ("plans", 0.2, 1.2, False),
+        ("plans", 0.25, 1.2, True),
+        ("cells", 0.2, 0.8, True),
+        ("cells", 0.2, 1.2, False),
+    ],
+)
 def test_a_robot_crosses_a_strip_that_no_camera_sees_if_its_team_keeps_room_for_that(
-    radius_m: float, strip_m: float, crosses: bool
+    avoid: str, radius_m: float, strip_m: float, crosses: bool
 ) -> None:
     near_m, far_m = 3.0 - 0.5 * strip_m, 3.0 + 0.5 * strip_m
     views = [(0, 0), (near_m, 0), (near_m, 4), (0, 4)], [(far_m, 0), (6, 0), (6, 4), (far_m, 4)]
@@ -121,7 +130,7 @@ def test_a_robot_crosses_a_strip_that_no_camera_sees_if_its_team_keeps_room_for_
                 "robots": 1,
                 "places": {"tb1": {"x_m": 0.6, "y_m": 2.0, "heading_rad": 0.0}},
                 "task": {"kind": "goals", "goals": {"tb1": [[5.4, 2.0]]}},
-                "avoid": "plans",
+                "avoid": avoid,
                 "radius_m": radius_m,
                 "area": {"outline": [(0, 0), (6, 0), (6, 4), (0, 4)]},
                 "world": {"camera": {"cameras": cameras}},
