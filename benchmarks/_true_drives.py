@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 
-from touchline.coordination.reported_contacts import tick_of
 from touchline.schemas.messages import Odometry
 
 BODY_M: Final = 0.177
@@ -32,7 +31,8 @@ class TrueDrives:
 
     def take(self, name: str, odometry: Odometry) -> None:
         """Take a robot's true odometry."""
-        tick, place, speed_mps = tick_of(odometry), odometry.pose.pose.position, odometry.twist.twist.linear.x
+        tick, place = round(100 * odometry.header.stamp.seconds), odometry.pose.pose.position
+        speed_mps = odometry.twist.twist.linear.x
         self._at[name][tick] = complex(place.x, place.y), abs(speed_mps)
         if abs(speed_mps) >= _STANDS_MPS:
             self.drove_ticks[name] = tick

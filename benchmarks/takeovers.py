@@ -190,7 +190,8 @@ class _Team:
         self._until(lambda: all(drove[name] > told_ticks[name] for name in self._names))
         stood_s = max(self.drives.stood_s(name, since_ticks[name], told_ticks[name]) for name in self._names)
         self._coordinator, self._standby = self._standby, self._coordinate("--standby")
-        return _Takeover(*(each_s - killed_s for each_s in times_s), stood_s, waits_s)
+        coordinates_s, sent_s, first_s, all_s = (each_s - killed_s for each_s in times_s)
+        return _Takeover(coordinates_s, sent_s, first_s, all_s, stood_s, waits_s)
 
     @property
     def _all_follow(self) -> bool:
