@@ -18,7 +18,7 @@ from touchline.services.coordinator.group_call import GroupCall
 from touchline.services.coordinator.take_over import TakeOver
 
 _ANSWER_S: Final = 1.0
-_AGAIN_S: Final = 0.2
+_AGAIN_S: Final = 0.05
 """Wall-clock time for a robot to come to rest before it is asked again."""
 
 Begin = Callable[[Mapping[str, Bus]], GroupCall]
