@@ -12,7 +12,7 @@ import pytest
 import touchline
 
 #: Of `touchline simulate study-square --hash`.
-HASH = "724f3ef7e094ec3b"
+HASH = "40a3d6441041becd"
 
 
 def pursue(state: touchline.FollowerState, ahead: touchline.FollowerAhead) -> tuple[float, float]:
