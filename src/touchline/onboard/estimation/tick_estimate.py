@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from touchline.onboard.filter_model import TickInputs
 
 Floats = NDArray[np.float64]
-Scratch = tuple[Floats, Floats, Floats]
-"""Memory for the rows of a measurement (2, STATES), for P hᵀ of one of them (STATES,), and for another state with its
-covariance (1 + STATES, STATES)."""
+Scratch = tuple[Floats, Floats]
+"""Memory for the rows of a measurement (2, STATES), and for P hᵀ of one of them (STATES,)."""
 
 
 class TickEstimate(NamedTuple):
