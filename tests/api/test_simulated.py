@@ -12,7 +12,7 @@ import pytest
 import touchline
 
 #: Of `touchline simulate study-square --hash`.
-HASH = "40a3d6441041becd"
+HASH = "ae51b8a8841a9c4a"
 
 
 def pursue(state: touchline.FollowerState, ahead: touchline.FollowerAhead) -> tuple[float, float]:

@@ -23,11 +23,9 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "that it has not seen. In mode `protect` robots that began beside a wall, or in a corner, gave up."
         ),
         (
-            "The estimator tells the bursts of a moving receiver from what the robot does: it uses each fix both "
-            "as one in a burst and as one without, by the probability of each. The computer of the shipped marker "
-            "expects its wheels to slide aside by 4 mm after a metre, no longer by 1 cm as that of an unknown "
-            "robot. Of 16 soccer pitches (seeds 1 to 16) all are accepted instead of 9, and the nozzle is 29 mm "
-            "off at most instead of 58 mm."
+            "The computer of the shipped marker expects its wheels to slide aside by 4 mm after a metre, no "
+            "longer by 1 cm as that of an unknown robot: a burst of the receiver moves the estimate less. Of 16 "
+            "soccer pitches (seeds 1 to 16) 13 are accepted instead of 9."
         ),
         (
             "Drives to a goal amid things that the plan does not know saw ground as free where beams without a "

@@ -51,8 +51,9 @@ FIRST_WANDER: Final = 9.0
 MOST_WANDER: Final = 100.0
 """Largest wander: 10 cm and 0.3° over a metre, 1 m and 3° over 100 m."""
 _FASTEST = 3.0  # most by which σ grows after one blind run
-_RELIEF = 0.1  # power of an error's share that the variance is scaled by
-_LEAST_SHARE = 0.01  # smaller ones tell no more
+_DECAY = 0.998  # of the variance, per second of one whose error is within its σ
+_CHANCE_SHARE = 0.01  # of the expected square: of errors, one in a hundred is smaller by chance
+_RELIEF = 0.5  # of the variance that is left after an error that is smaller
 _LEAST = 0.01
 SEEN_SHARE: Final = 0.5
 """Share of the distance to the fixes that a receiver has to have moved from one to the next to have jumped."""
@@ -93,7 +94,9 @@ def adapt_wander(blind: BlindRun, x: Floats, known: Floats) -> None:
     a, b, d = P[EAST, EAST], P[EAST, NORTH], P[NORTH, NORTH]
     share = 0.5 * (d * east * east - 2.0 * b * east * north + a * north * north) / (a * d - b * b)
     news = max(1.0 - (known[EAST, EAST] + known[NORTH, NORTH]) / (a + d), 0.0)
-    factor = min(share, _FASTEST * _FASTEST) if share > 1.0 else max(share, _LEAST_SHARE) ** (_RELIEF * news)
+    factor = min(share, _FASTEST * _FASTEST) if share > 1.0 else _DECAY ** (blind.ticks * TICK_S)
+    if share < _CHANCE_SHARE:
+        factor = _RELIEF**news
     wander = (1.0 + blind.wander) * factor - 1.0
     blind.wander = min(wander, MOST_WANDER) if wander > _LEAST else 0.0
 
