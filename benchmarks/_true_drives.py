@@ -8,9 +8,9 @@ from typing import Final
 
 import numpy as np
 
+from benchmarks._team_wishes import BODY_M
 from touchline.schemas.messages import Odometry
 
-BODY_M: Final = 0.177
 _STANDS_MPS: Final = 0.01
 
 

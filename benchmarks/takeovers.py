@@ -99,7 +99,7 @@ class _Takeover(NamedTuple):
 
 @dataclass
 class _Watch:
-    """What is heard of the coordinator that follows another.
+    """Times at which a coordinator that follows another is first heard of, and followed.
 
     Attributes:
         former: Session of the other one; "": none.
