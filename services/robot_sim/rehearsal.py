@@ -21,6 +21,8 @@ from touchline.services.robot_sim.recovery_state import EarlierWork
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
 _SPEED_MPS: Final = 0.3
+_BEFORE_M: Final = 1.0
+"""Straight before the work: enough to find the heading, for which the robot would otherwise go back several times."""
 _WORK_M: Final = 0.5
 _MOST_TICKS: Final = 2000
 """More ticks than the job takes."""
@@ -88,7 +90,8 @@ def _job(vehicle: Vehicle) -> tuple[Trajectory, Template]:
     drive, tool = vehicle.drive, vehicle.tool
     speed_mps = min(_SPEED_MPS, drive.transit_speed_mps)
     ramp_m = speed_mps**2 / drive.max_acceleration_mps2
-    begin_m, end_m = ramp_m, ramp_m + _WORK_M
+    begin_m = ramp_m + _BEFORE_M
+    end_m = begin_m + _WORK_M
     borders_m = (0.0, begin_m, end_m, end_m + ramp_m)
     switches = [(0.0, Actuation.NONE)]
     if tool.paints or tool.covers:

@@ -32,8 +32,9 @@ def job(vehicle):
 
 
 LIDAR = "examples/vehicles/marker-lidar.json"
-USUAL = ((LIDAR, "mpc"), ("clay-roller", "pure-pursuit"))
+USUAL = ((LIDAR, "mpc"),)
 OTHERS = (
+    ("clay-roller", "pure-pursuit"),
     ("turf-tank-two", "mpc"),
     ("turtlebot3-waffle-pi", "regularised"),
     ("turf-tank-two", "pure-pursuit"),

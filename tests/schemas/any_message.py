@@ -87,7 +87,7 @@ def models(kind: type[Message]) -> st.SearchStrategy[Message]:
     """Any message of a type."""
     metadata = {name: field.metadata for name, field in kind.model_fields.items()}
     fitting = {name: values(description, metadata[name]) for name, description in fields(kind.ros_type)}
-    return st.fixed_dictionaries(fitting).map(lambda given_fields: kind(**given_fields))
+    return st.builds(kind, **fitting)
 
 
 def quick(examples: int) -> Callable[[Any], Any]:

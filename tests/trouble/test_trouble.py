@@ -34,7 +34,7 @@ def test_a_recorded_case_is_the_same_at_another_pace_and_again():
 
 @pytest.mark.parametrize("path", sorted(FOUND.glob("*.json")), ids=lambda path: path.stem)
 def test_what_was_found_is_mended(path):
-    assert trouble_in(load_case(path), recorded=True) is None
+    assert trouble_in(load_case(path)) is None
 
 
 @pytest.mark.full

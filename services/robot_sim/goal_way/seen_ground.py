@@ -18,6 +18,7 @@ from touchline.schemas.known_ground import KnownGround, KnownObstacle, Ring
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+Counts = NDArray[np.int8]
 
 CELL_M: Final = 0.04
 SIDE: Final = 1024
@@ -66,7 +67,7 @@ class _Cells(NamedTuple):
     """
 
     corner: Integers
-    evidence: Integers
+    evidence: Counts
     seen_tick: Integers
     marks: Integers
     place_m: Floats
@@ -75,9 +76,10 @@ class _Cells(NamedTuple):
     @classmethod
     def unknown(cls) -> Self:
         """Return cells of which nothing is known."""
-        evidence, seen_tick, marks = (np.zeros((SIDE, SIDE), np.int64) for _ in range(3))
+        seen_tick, marks = (np.zeros((SIDE, SIDE), np.int64) for _ in range(2))
         place_m, along = (np.zeros((SIDE, SIDE, 2)) for _ in range(2))
-        return cls(np.zeros(2, np.int64), evidence, seen_tick, marks, place_m, along)
+        # Of small numbers, as all of them are looked through after each scan.
+        return cls(np.zeros(2, np.int64), np.zeros((SIDE, SIDE), np.int8), seen_tick, marks, place_m, along)
 
 
 @kernel
@@ -233,9 +235,9 @@ class SeenGround:
         found: Flags = inside & (around < 0).any(axis=0) & (self._evidence(cells) < OCCUPIED)
         return found
 
-    def _evidence(self, cells: Integers) -> Integers:
+    def _evidence(self, cells: Integers) -> Counts:
         i, j = (cells & _MASK).T
-        found: Integers = self._cells.evidence[i, j]
+        found: Counts = self._cells.evidence[i, j]
         return found
 
 

@@ -10,6 +10,7 @@ from touchline.onboard.control.pure_pursuit import PurePursuitFollower
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.executive.handover import PlanPlace, taken_over_at
+from touchline.onboard.executive.localization_monitor import speaks_against_painting
 from touchline.onboard.interface import TICKS_PER_S, AuxiliarySample, GnssSample, ImuSample, MagSample, SensorFrame
 from touchline.onboard.perception.hits import NO_POINTS, Hits
 from touchline.onboard.perception.perception import lidars_of
@@ -51,6 +52,7 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
         scans = [AuxiliarySample(each.name, tick / TICKS_PER_S, (3.0,) * each.beams) for each in lidars_of(vehicle)]
         if tick % 10 == 0:
             onboard.take_samples(scans)
+    speaks_against_painting(onboard.computer, 0.0)
     _warm_up_rare(vehicle)
     if onboard.protection.on:
         lay_turn(onboard.computer, 1.0)
