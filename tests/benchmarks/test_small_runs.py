@@ -47,7 +47,7 @@ LONG = frozenset(
             "poses",
         ),
         *("protection", "random_fields", "region_processes", "routes", "shared", "simulate", "soak", "steering"),
-        *("stops", "system", "takeovers", "timelines"),
+        *("stops", "system", "takeovers", "team_algorithms", "team_passages", "timelines"),
     )
 )
 """Those of more than four seconds."""
