@@ -1,4 +1,4 @@
-"""What every test may need."""
+"""Fixtures and settings of all tests."""
 
 import gc
 import os
@@ -27,7 +27,7 @@ gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS, 20, 50)
 
 
 def pytest_collection_finish() -> None:
-    """What has been loaded by then stays to the end."""
+    """Exempt all that is loaded by then from garbage collection: it stays to the end."""
     gc.collect()
     gc.freeze()
 

@@ -1,4 +1,4 @@
-"""How the house is built, printed by `make lint`: the largest functions, the longest signatures, the deepest nesting.
+"""Measures of the code, printed by `make lint`: the largest functions, the longest signatures, the deepest nesting.
 
 Behind that, by room, how many functions have more parameters than there should be. Subcommands, which Typer registers
 by `app.command`, are left out of what is said of parameters: theirs are the options of the command line.
@@ -92,12 +92,12 @@ def subcommands(tree: ast.Module) -> set[str]:
 
 
 def registers(node: ast.expr) -> bool:
-    """Whether it is a call like `app.command("x")`."""
+    """Return whether it is a call like `app.command("x")`."""
     return isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in REGISTERING
 
 
 def depth(node: ast.AST) -> int:
-    """How deep statements nest in it; an `elif` is as deep as its `if`."""
+    """Depth of the nesting of statements in it; an `elif` is as deep as its `if`."""
     if isinstance(node, ast.If) and len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If):
         inside = max(depth(child) for child in (node.test, *node.body))
         return max(inside + 1, depth(node.orelse[0]))
@@ -106,7 +106,7 @@ def depth(node: ast.AST) -> int:
 
 
 def by_room(found: list[Function]) -> str:
-    """How many functions of each room are beyond what there should be."""
+    """Number of functions in each room that are beyond the limits."""
     rooms = Counter("/".join(function.place.removeprefix("src/").split("/")[:2]) for function in found)
     return ", ".join(f"{room} {count}" for room, count in rooms.most_common()) or "none"
 

@@ -14,7 +14,7 @@ _LONGEST_LOOK_S = 0.5
 
 
 def eventually(condition: Callable[[], bool], timeout_s: float = 60.0) -> bool:
-    """Whether something comes to be in time; time in which this process itself was held up does not count."""
+    """Return whether something happens in time; time in which this process itself was held up does not count."""
     waited_s, looked_s = 0.0, time.monotonic()
     while not condition():
         if waited_s > timeout_s:

@@ -21,12 +21,12 @@ def as_pattern(line: str) -> re.Pattern[str]:
 
 
 def troubled(text: str) -> list[str]:
-    """Which lines of a text speak of trouble."""
+    """Lines of a text that speak of trouble."""
     return [line for line in text.splitlines() if TROUBLE.search(line) and not BUSY.search(line)]
 
 
 def without(lines: tuple[str, ...], text: str) -> list[str]:
-    """Which of the declared lines are not in a text."""
+    """Declared lines that are not in a text."""
     return [line for line in lines if not as_pattern(line).search(text)]
 
 

@@ -1,4 +1,4 @@
-"""What a ROS 2 machine has: message definitions, and a client; here the client of other people."""
+"""A ROS 2 machine: message definitions, and a client, which here is other people's."""
 
 import json
 import os

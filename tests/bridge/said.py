@@ -31,7 +31,7 @@ def stamp(tick: int) -> Time:
 
 
 def messages(ticks: int, rate_radps: float = 0.5) -> Iterator[tuple[Topic, Message]]:
-    """What a small robot says in ``ticks`` ticks: one text without a stamp, then 100 Hz and 10 Hz topics."""
+    """Messages of a small robot in ``ticks`` ticks: one text without a stamp, then topics at 100 Hz and 10 Hz."""
     yield topics.TEMPLATE, String(data='{"name": "square"}')
     for tick in range(ticks):
         header = Header(stamp=stamp(tick), frame_id="base_link")

@@ -16,7 +16,7 @@ Made = tuple[float, str]
 
 
 def aligned(left: list[Made], right: list[Made]) -> list[tuple[str | None, str | None]]:
-    """What belongs together of two topics, given as (time in s, payload)."""
+    """Payloads of two topics that belong together, given as (time in s, payload)."""
     alignment, found = Alignment(), []
     for side, made in enumerate((left, right)):
         for at_s, text in made:

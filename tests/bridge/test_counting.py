@@ -1,4 +1,4 @@
-"""What is missing is counted though nothing comes after it."""
+"""Missing messages are counted though nothing comes after them."""
 
 from pathlib import Path
 

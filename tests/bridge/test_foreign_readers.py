@@ -1,4 +1,4 @@
-"""What viewers draw, read by others with nothing but the schemas in the recording: equal values in every message.
+"""Viewers' topics, read by others with nothing but the schemas in the recording: equal values in every message.
 
 rosbags and mcap-ros2-support here; @mcap/core with @foxglove/rosmsg2-serialization, with which Foxglove and Lichtblick
 decode, where `make node-readers` has installed them.
@@ -76,7 +76,7 @@ def by_rosbags(recording: Path) -> list[Any]:
 
 
 def differing(one: Any, other: Any, place: str = "") -> Iterator[str]:
-    """Where values differ; which fields a reader leaves out, though the schema has them, counts as well."""
+    """Places where values differ; a field of the schema that a reader leaves out counts as well."""
     if isinstance(one, dict) and isinstance(other, dict):
         for name in one.keys() | other.keys():
             yield from differing(one.get(name), other.get(name), f"{place}.{name}")

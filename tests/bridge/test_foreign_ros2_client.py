@@ -183,7 +183,7 @@ def meet(client: ForeignClient) -> dict[str, Any]:
 
 
 def gateway_seen(client: ForeignClient) -> bool:
-    """Whether the client sees anything of the gateway beside what it has declared itself, here or in a test before."""
+    """Return whether the client sees more of the gateway than it has declared itself, here or in a test before."""
     graph = client.do("graph")
     return (
         "/touchline" in graph["nodes"]

@@ -142,7 +142,7 @@ def ask(ros, gateway, key, payload, number=1):
     replies, heard = send(ros, key, payload, number), []
 
     def ended():
-        """Whether no more replies will come, which may be known some time after the last one."""
+        """Return whether no more replies will come, which may be known some time after the last one."""
         try:
             reply = replies.try_recv()
         except zenoh.ZError:
@@ -238,7 +238,7 @@ def test_a_gateway_that_falls_behind_holds_up_nobody_and_says_what_it_dropped(ro
     sent, numbers = 40_000, []
 
     def newer():
-        """Whether one is heard that was sent since; the last of the others may have been dropped itself."""
+        """Return whether one is heard that was sent since; the last of the others may have been dropped itself."""
         nonlocal sent
         sent += 1
         publisher.send_bytes(clock(sent))

@@ -1,4 +1,4 @@
-"""What viewers draw live: paint from before anybody looked, ways of a covering tool, and replays that jump."""
+"""Live drawing in viewers: paint from before anybody looked, ways of a covering tool, and replays that jump."""
 
 import time
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What is written is what was said, in a file that others can read, whatever happens on the way."""
+"""A recording holds the messages as they were sent, and others can read it, whatever happens meanwhile."""
 
 import os
 import resource

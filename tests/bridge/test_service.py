@@ -116,7 +116,7 @@ def until(robot: Robot, condition: Callable[[], bool], timeout_s: float = 100.0)
 
 
 def recording_since_start(robot: Robot) -> bool:
-    """Whether a bridge that records from its start has shaken hands: it answers, and says so."""
+    """Return whether a bridge that records from its start has shaken hands: it answers, and says so."""
     request = GetDiagnosticsRequest()
     answer = robot.bus.call(topics.diagnostics_service(topics.BRIDGE), request, 60.0, robot.poll)
     return answer.diagnostics.status[0].message == "recording"

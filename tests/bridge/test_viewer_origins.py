@@ -66,7 +66,7 @@ def url(bus: Bus) -> Iterator[str]:
 
 
 def joined(url: str, origin: Any) -> bool:
-    """Whether a client of that origin is served."""
+    """Return whether a client of that origin is served."""
     try:
         with connect(url, origin=origin, subprotocols=[Subprotocol("foxglove.sdk.v1")], close_timeout=1.0) as socket:
             return b"serverInfo" in socket.recv(timeout=60.0).encode()

@@ -96,7 +96,7 @@ def client(system: System) -> Iterator[ViewerClient]:
 
 
 def state(client: ViewerClient, wanted: int) -> Callable[[], bool]:
-    """Whether the last status that a viewer has heard has this state."""
+    """Return whether the last status that a viewer has heard has this state."""
     return lambda: (
         client.of("/r1/traversal/status")[-1:] != []
         and (client.decoded(client.of("/r1/traversal/status")[-1]).state == wanted)

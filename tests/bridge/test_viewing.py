@@ -1,4 +1,4 @@
-"""What viewers draw of a session, made of the messages of a shipped one."""
+"""Viewers' drawings of a session, made from the messages of a shipped one."""
 
 from pathlib import Path
 

@@ -30,7 +30,7 @@ class Heard:
 
 @dataclass
 class Playback:
-    """Where the server says that a replay is."""
+    """Position of a replay, as the server reports it."""
 
     playing: bool
     time_ns: int
@@ -40,7 +40,7 @@ class Playback:
 
 @dataclass
 class ViewerClient:
-    """What a viewer knows of a server, and what it has heard."""
+    """A viewer's knowledge of a server, and the messages it has heard."""
 
     socket: ClientConnection
     server: dict[str, Any] = field(default_factory=dict)
@@ -86,7 +86,7 @@ class ViewerClient:
         self.socket.send(json.dumps(message))
 
     def of(self, topic: str) -> list[Heard]:
-        """What has been heard of it."""
+        """Messages that were heard of it."""
         return [each for each in self.heard if each.topic == topic]
 
     def first(self, topic: str) -> Heard:

@@ -1,4 +1,4 @@
-"""Who is there, when strangers declare what they please and nobody looks for long."""
+"""Presence, when strangers declare what they please and nobody looks for long."""
 
 import threading
 from collections.abc import Iterator

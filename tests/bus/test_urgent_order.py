@@ -129,7 +129,7 @@ def stranger(bus_config, success, state):
 
 @contextmanager
 def telemetry(bus_config, state):
-    """What publishes the robot's status: a process of its own, which is not frozen with it."""
+    """Publisher of the robot's status: a process of its own, which is not frozen with it."""
     with Bus.open(topics.TELEMETRY, bus_config) as bus:
         publisher = bus.publisher(topics.STATUS)
         publisher.send(m.TraversalStatus(state=state))

@@ -26,7 +26,7 @@ LONGEST_TICKS = 6000
 
 
 def write(path, told):
-    """What was told, as a recording."""
+    """The messages, as a recording."""
     recorder, counts = Recorder(path, (ROBOT,), topics.RECORDED), {}
     for topic, payload in told:
         if topic.recorded:

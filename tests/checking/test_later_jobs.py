@@ -170,7 +170,7 @@ def test_later_jobs_of_every_kind_of_robot_are_checked(tmp_path, vehicle, follow
     ],
 )
 def test_a_change_is_found_in_a_later_job(monkeypatch, day, tmp_path, name):
-    """What is made of the setup is not taken from the recorded state."""
+    """Values that follow from the setup are not taken from the recorded state."""
     path = write(tmp_path / "later.mcap", day.later(2 if name in LATE else 3))
     mutate, part = MUTATIONS[name]
     mutate(monkeypatch)

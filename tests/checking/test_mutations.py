@@ -1,4 +1,4 @@
-"""What has changed in the code is found, and the part in which it has changed is named first."""
+"""A change of the code is found, and the part that was changed is named first."""
 
 from dataclasses import replace
 from functools import partial

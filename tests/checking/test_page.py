@@ -18,7 +18,7 @@ HOSTILE = "<script>alert(1)</script>$\\frac{"
 
 
 class Tags(HTMLParser):
-    """Which tags there are, and what they refer to."""
+    """The tags of a page, and their references."""
 
     def __init__(self, page):
         super().__init__()

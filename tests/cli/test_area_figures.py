@@ -1,4 +1,4 @@
-"""What is made of a session of a tool that covers areas: figures, a recording, pictures, columns of a sweep."""
+"""Products of a session of a tool that covers areas: figures, a recording, pictures, columns of a sweep."""
 
 from pathlib import Path
 

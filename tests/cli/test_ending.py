@@ -1,4 +1,4 @@
-"""How processes find out that they are to end."""
+"""Ends of processes, and the ways in which they hear of them."""
 
 import os
 import signal

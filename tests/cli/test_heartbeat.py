@@ -21,7 +21,7 @@ def watch(tmp_path):
 
 
 def unknown():
-    """What a process does is not known on every system."""
+    """Stands for a system that does not tell what a process does."""
     return
 
 

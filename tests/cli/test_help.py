@@ -34,7 +34,7 @@ def test_one_module_alone_is_loaded_for_its_commands(module: str, names: tuple[s
 
 
 def shown(command: Any, *arguments: str, columns: str = "80") -> str:
-    """What a command prints in a narrow terminal; to build it anew each time would take the most time."""
+    """Output of a command in a narrow terminal; building it anew each time would take the most time."""
     narrow = {"COLUMNS": columns, "TERMINAL_WIDTH": columns}
     with mock.patch.dict(os.environ, narrow), redirect_stdout(io.StringIO()) as output:
         command.main(arguments, prog_name="touchline", standalone_mode=False)

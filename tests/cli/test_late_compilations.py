@@ -1,4 +1,4 @@
-"""What is compiled after the start is told, and does not look like a loop that hangs."""
+"""Compiling after the start is reported, and does not look like a loop that hangs."""
 
 from importlib import import_module
 

@@ -9,7 +9,7 @@ from touchline.schemas.messages import Trajectory
 
 @pytest.fixture
 def plan_of(touchline):
-    """What is told of a court's plan."""
+    """Output about the plan of a court."""
 
     def run(*options):
         code, out, err = touchline("plan", "tennis", *options, "--json")

@@ -1,4 +1,4 @@
-"""What cannot be done is refused in a line, before any work; what has been done is told whatever else goes wrong."""
+"""The impossible is refused in a line, before any work; work that was done is reported whatever else goes wrong."""
 
 import io
 import json

@@ -61,13 +61,13 @@ def over_zenoh(corner, tmp_path_factory):
 
 
 def run_of(*options):
-    """What a run with real processes says."""
+    """Output of a run with real processes."""
     return commands.figures(commands.touchline("run", *options))
 
 
 @pytest.fixture
 def simulation_of(touchline):
-    """What a simulation in this process says."""
+    """Output of a simulation in this process."""
 
     def run(*options):
         code, out, err = touchline("simulate", *options)

@@ -1,4 +1,4 @@
-"""What a compiled kernel is found by: its module's text and that of all it imports."""
+"""The key of a compiled kernel: the text of its module and of all that this imports."""
 
 from pathlib import Path
 

@@ -63,7 +63,7 @@ def apart_m(first: list[Curve], second: list[Curve]) -> float:
 
 
 def away_m(lines: list[np.ndarray], others: list[np.ndarray]) -> float:
-    """How far any point of polylines is from the others, m."""
+    """Largest distance of a point of some polylines from the others, m."""
     pairs = np.concatenate([np.stack((line[:-1], line[1:]), axis=1) for line in others])
     points = shapely.points(np.concatenate(lines))
     found = shapely.STRtree(shapely.linestrings(pairs)).query_nearest(points, return_distance=True, all_matches=False)

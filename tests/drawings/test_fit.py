@@ -53,7 +53,7 @@ def near_ends(curve: Curve) -> np.ndarray:
 
 
 def apart(first: Sequence[Curve], second: Sequence[Curve]) -> float:
-    """How far any point of either is from the other, m."""
+    """Largest distance of a point of either from the other, m."""
     there, back = (np.concatenate([near_ends(curve) for curve in curves]) for curves in (first, second))
     return max(float(distance_m(there, second).max()), float(distance_m(back, first).max()))
 

@@ -287,7 +287,7 @@ def test_bad_requests_are_told(tmp_path: Path, name: str, options: ImportOptions
 
 
 def test_a_picture_of_a_picture_is_the_same(tmp_path: Path) -> None:
-    """What the picture shows, read back, lies where the template lies."""
+    """The lines of the picture, read back, lie where those of the template do."""
     source = import_drawing(svg(tmp_path, '<ellipse cx="5" cy="5" rx="5" ry="4"/><path d="M0 0H9"/>')).template
     path = tmp_path / "picture.svg"
     path.write_text(picture(source))

@@ -1,4 +1,4 @@
-"""How much work a long chain is, counted in calls and points rather than in seconds."""
+"""The work of a long chain, counted in calls and points rather than in seconds."""
 
 import math
 from itertools import pairwise

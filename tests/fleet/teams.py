@@ -91,7 +91,7 @@ def corners_of(half_planes: Floats) -> Floats:
 
 @dataclass
 class Weather:
-    """What becomes of messages, and who is frozen: by name, from when until when (s)."""
+    """Losses and delays of messages, and frozen robots: by name, with begin and end (s)."""
 
     lost: float = 0.0
     delay_s: float = 0.0

@@ -15,7 +15,7 @@ TOLD = [("a", tick, places) for tick, places in A.items()] + [("b", tick, places
 
 
 def contacts_of(told, now_s, robots=2):
-    """What is counted of ways that arrive at given times."""
+    """Contacts that are counted of ways that arrive at given times."""
     contacts, clock = ReportedContacts(["a", "b"], 0.2, FIELD), [0.0]
     ways = ContactsInOrder(contacts, robots, lambda: clock[0])
     for (name, tick, places), clock[0] in zip(told, now_s, strict=True):

@@ -1,4 +1,4 @@
-"""What a coordinator asks robots for, all at once: who refuses and who is silent is named, and holds up nobody."""
+"""A coordinator's call to many robots at once: those that refuse or are silent are named, and hold up nobody."""
 
 import threading
 import uuid

@@ -37,7 +37,7 @@ def nearest_cell_m(team: Team, place: np.ndarray) -> float:
 
 
 def arrived(team: Team, goals: np.ndarray) -> bool:
-    """Whether all are at their goals, and nobody is taken for one that does not drive."""
+    """Return whether all are at their goals, and nobody is taken for one that does not drive."""
     return bool(np.hypot(*(team.states[:, :2] - goals).T).max() < 0.1) and not team.hub.resting
 
 

@@ -1,4 +1,4 @@
-"""What a coordinator reports of a task that has ended."""
+"""A coordinator's report of a task that has ended."""
 
 import numpy as np
 import pytest

@@ -43,7 +43,7 @@ def ros1_bag(path: Path, compression: str, chunks: list[tuple[int, bytes]]) -> P
 
 
 def told_of(path: Path) -> str:
-    """What is told of a log, however that comes."""
+    """Output about a log, in whichever way that comes."""
     try:
         _, content = read_logs([path])
     except LogError as error:
@@ -133,7 +133,7 @@ def test_a_tree_of_pages_that_leads_in_circles_has_an_end(tmp_path):
     data = bytearray(path.read_bytes())
 
     def children(page: int) -> list[int]:
-        """Where the numbers of the children are; none in a leaf."""
+        """Places of the numbers of the children; none in a leaf."""
         at = (page - 1) * page_bytes
         if data[at] != 5:
             return []

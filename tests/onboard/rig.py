@@ -44,7 +44,7 @@ FIELD_T = 1.7e-5
 
 @cache
 def fading(sigma: float, tau_s: float, period_s: float = TICK_S) -> tuple[float, float]:
-    """What a Gauss-Markov error of that deviation keeps of itself in a period, and the deviation of what is new."""
+    """Share of itself that a Gauss-Markov error of that deviation keeps in a period, and the new part's deviation."""
     keep = math.exp(-period_s / tau_s)
     return keep, sigma * math.sqrt(1.0 - keep * keep)
 

@@ -1,4 +1,4 @@
-"""What a roller believes of its progress: the swaths that it has driven, by its own progress."""
+"""A roller's belief of its progress: the swaths that it has driven, by its own estimate."""
 
 import pytest
 

@@ -33,7 +33,7 @@ def take_over(run, plan):
 
 
 def rest_of_line(from_m, aside_m=0.0, turned_rad=0.0, speed=1.0):
-    """What is left of LINE from an arc length on, at speed from its first centimetre, and how it differs."""
+    """The rest of LINE from an arc length on, at speed from its first centimetre, and its difference."""
     left = 12.0 - from_m
     curves = chain((0.0, left), x=from_m, y=aside_m, heading=turned_rad)
     return trajectory(curves, speeds=[(0.0, speed), (left - 0.5, speed), (left, 0.0)])

@@ -1,4 +1,4 @@
-"""What the robot does when something other than its position goes wrong, and what it takes to go on."""
+"""The robot's behaviour when something other than its position goes wrong, and when it goes on."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def at(arc_length_m: float, noise: str = "none") -> Run:
 
 
 def joint(run: Run) -> float:
-    """How far the paint after the stop begins beyond where it ended before: negative is painted twice."""
+    """Distance from the end of the paint before the stop to its beginning after it: negative is painted twice."""
     before, after = run.painted
     return after[0] - before[1]
 

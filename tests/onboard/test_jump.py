@@ -1,4 +1,4 @@
-"""What the estimator knows when it starts, and anew when the operator has it believe a receiver that jumped.
+"""The estimator's knowledge at its start, and anew when the operator has it believe a receiver that jumped.
 
 What is known of the errors of a fix says what must come out: less its slow error a fix is off by its white noise (by
 twice its σ, since one alone may be of the tail), and what a fix says of the antenna holds for the antenna, however

@@ -41,7 +41,7 @@ def test_20_m_end_within_the_3_sigma_that_it_says() -> None:
 
 
 def test_the_scale_of_all_ways_is_considered() -> None:
-    """What it adds to the variance is the way from the start, as the crow flies, times the share."""
+    """It adds the square of the distance from the start, as the crow flies, times the share, to the variance."""
     sure, unsure = (robot(2, OdometrySheet(scale_relative=share)) for share in (0.0, 0.02))
     for _ in range(1500):
         sure.step()

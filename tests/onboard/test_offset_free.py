@@ -20,7 +20,7 @@ TICK_S = 0.01
 
 
 def settled(name: str, nozzle_x_m: float = 0.0, drift_mps: float = 0.0, share: float = 1.0) -> tuple[float, float]:
-    """Where the nozzle is beside a straight path [m] and how fast the robot is [m/s] after 12 s at 1 m/s.
+    """Distance of the nozzle from a straight path [m] and speed of the robot [m/s] after 12 s at 1 m/s.
 
     It drifts to the left with `drift_mps`, and its wheels come to `share` of the speed that they are told.
     """

@@ -1,4 +1,4 @@
-"""What the robot believes it has painted: by its valve and its own progress, nothing twice."""
+"""The robot's belief of its paint: by its valve and its own progress, nothing twice."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def test_a_process_that_ends_while_it_brakes_from_dry_paint_still_owes_from_the_
 
 @pytest.mark.parametrize("to_m", [6.5, 7.0, 4.0])
 def test_paint_that_was_found_to_be_dry_from_the_first_drop_on_counts_for_nothing(to_m: float) -> None:
-    """Where the last good drop fell is then before where the first one was to fall."""
+    """The last good drop then fell before the place where the first one was to fall."""
     belief = painted()
     belief.add(7.0, to_m)
     assert belief.belief().fractions == [0.0, 0.0, 0.0]

@@ -1,4 +1,4 @@
-"""What the robot's computer knows of a rear-steered drive."""
+"""The robot's computer with a rear-steered drive."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What the filter does with samples that are late, between ticks, disturbed or over-confident."""
+"""The filter with samples that are late, between ticks, disturbed or over-confident."""
 
 from __future__ import annotations
 

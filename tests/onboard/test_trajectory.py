@@ -1,4 +1,4 @@
-"""What is refused at load and why, and what a loaded trajectory says about itself."""
+"""Refusals at load with their reasons, and the figures of a loaded trajectory."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ class DrumDrive(DriveSpec):
 
 
 class DrumCaps(NamedTuple):
-    """What kernels take of it."""
+    """Figures of it for kernels."""
 
     acceleration_mps2: float
     steering_1pms: float

@@ -1,4 +1,4 @@
-"""What spares work in finding short hops changes nothing: bounds are bounds, and the quick solver finds the same."""
+"""Shortcuts in finding short hops change no result: bounds are bounds, and the quick solver finds the same."""
 
 import math
 from itertools import pairwise

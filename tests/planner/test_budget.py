@@ -35,7 +35,7 @@ def in_parts(monkeypatch: pytest.MonkeyPatch, rough: int, words: int, hops: int)
 
 @pytest.fixture
 def parts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What has been timed part by part; the matrix is that of many lines, in many small parts."""
+    """The parts that were timed; the matrix is that of many lines, in many small parts."""
     done: list[str] = []
     words, rough = methods.transition_times, methods.word_lengths
 

@@ -1,4 +1,4 @@
-"""What is covered: the raster against exact polygons, a known gap, and what can be reached at all."""
+"""Covered ground: the raster against exact polygons, a known gap, and the ground that can be reached at all."""
 
 import math
 

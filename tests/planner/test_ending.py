@@ -1,4 +1,4 @@
-"""Where a drive ends: behind the last line, at a given pose, or where it began."""
+"""Ends of drives: behind the last line, at a given pose, or at the start."""
 
 import math
 

@@ -56,7 +56,7 @@ def test_between_entries_the_squared_speed_is_within_half_a_percent_of_the_law(n
 
 @pytest.mark.parametrize("law", ["uniform", "quintic"])
 def test_tangents_are_chosen_for_the_law(law):
-    """What the limits drive soonest bends sharply at its ends, and takes a law a third longer than need be."""
+    """The fastest path within the limits bends sharply at its ends, and takes a law a third longer than need be."""
     asked = {"x_m": 8.0, "y_m": 3.0, "heading_rad": 0.8, "method": "cubic", "law": law}
     options = PlanOptions(start=[0.0, 0.0, 0.0])
     chosen_s = plan_to_goal(PoseGoal(**asked), WAFFLE, options).speeds.total_time_s

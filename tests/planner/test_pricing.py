@@ -45,7 +45,7 @@ def transitions_for(method: str, pricing: Pricing | None = None) -> TransitionFa
 
 
 def priced_s(planned: Plan, template: Template, transitions: TransitionFamily, options: PlanOptions) -> float:
-    """What the transitions of a plan cost in the matrix that it was ordered by."""
+    """Costs of the transitions of a plan in the matrix that it was ordered by."""
     painting = Painting.of(VEHICLE, transitions.limits, options)
     choices = swaths(
         modes(template.segments, VEHICLE, transitions.limits.curvature_max_1pm, free=True), painting, free=True
@@ -67,7 +67,7 @@ def priced_s(planned: Plan, template: Template, transitions: TransitionFamily, o
 
 
 def driven_s(planned: Plan) -> float:
-    """What the transitions of a plan take."""
+    """Time that the transitions of a plan take."""
     times = planned.speeds.time_at
     return float(sum(times(b.start_m) - times(a.end_m) for a, b in pairwise(planned.painted)))
 

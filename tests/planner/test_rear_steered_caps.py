@@ -1,4 +1,4 @@
-"""What plans keep to for a rear-steered drive."""
+"""Limits that plans keep for a rear-steered drive."""
 
 import math
 

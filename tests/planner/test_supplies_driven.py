@@ -1,4 +1,4 @@
-"""What a plan says it takes of paint and battery, against what the emulated robot takes."""
+"""Paint and battery that a plan claims to take, against those that the emulated robot takes."""
 
 import pytest
 

@@ -26,7 +26,7 @@ REST = Command((0.0, 0.0), False, False)
 
 
 class Tick(NamedTuple):
-    """What was sensed in a tick and sprayed, and copies of the world's records at its end."""
+    """Samples and spray of a tick, and copies of the world's records at its end."""
 
     frame: SensorFrame
     states: np.ndarray

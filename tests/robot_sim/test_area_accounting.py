@@ -1,4 +1,4 @@
-"""What a covering tool has been over: the raster against the exact polygons, and cases worked out by hand."""
+"""Ground that a covering tool has been over: the raster against exact polygons, and cases worked out by hand."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What an external follower is asked, what is made of its answers, good and bad, and whole sessions; without a bus."""
+"""Questions to an external follower, its good and bad answers, and whole sessions; without a bus."""
 
 import math
 
@@ -220,7 +220,7 @@ def test_whoever_wants_to_stop_the_robot_breaks_the_wait_off():
 
 
 def answered_by(controller):
-    """What asks a controller that is told, and answers, in messages."""
+    """Function that asks a controller which hears and answers in messages."""
 
     def answer(request):
         speed_mps, yaw_rate_radps = controller(decode(FollowerStepRequest, encode(request)))

@@ -1,4 +1,4 @@
-"""What the robot does about every fault of the timeline, in the emulated world; and random ones break no invariant."""
+"""The robot's behaviour at every fault of the timeline, in the emulated world; random ones break no invariant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where robots come to rest at a goal: at the end of a tight bend, and after a turn alone."""
+"""Arrival of robots at a goal: at the end of a tight bend, and after a turn alone."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.xdist_group("small robots")  # its kernels are compiled
 
 
 def arrived(follower: str, goal: PoseGoal, options: PlanOptions) -> tuple[float, float, float]:
-    """Where a robot that sets off from the origin comes to rest."""
+    """Pose at which a robot that sets off from the origin comes to rest."""
     vehicle, scenario, config = settings("turtlebot3-waffle-pi", 3)
     made = Emulator(vehicle, scenario, config.model_copy(update={"follower": follower}))
     while not made.onboard.aligned:

@@ -319,7 +319,7 @@ NO_ACCEL = {
 
 
 def ahead(seed, ticks, **figures):
-    """What the forward accelerometer of a robot at rest reads in these ticks with these errors only."""
+    """Readings of the forward accelerometer of a robot at rest in these ticks with these errors only."""
     sensors = Sensors(VEHICLE, Scenario(seed=seed, imu=ImuNoise(**{**NO_ACCEL, **figures})))
     return [sensors.read(tick, STILL).imu.accel_x_mps2 for tick in ticks]
 

@@ -48,7 +48,7 @@ def robot(vehicle: Vehicle, plan: Trajectory, follower: str, scenario: Scenario,
 
 
 def driven(emulator: Emulator) -> tuple[float, np.ndarray]:
-    """How much later than planned it has arrived [s], and its distances from the path [m]."""
+    """Delay of its arrival [s], and its distances from the path [m]."""
     while emulator.onboard._traversal.job.aligning:
         emulator.tick()
     begun, off, runner = emulator.tick_count, [], FastRunner(emulator)

@@ -53,7 +53,7 @@ class Teller(Robot):
 
 @pytest.fixture(scope="module")
 def whole_pct():
-    """What comes of the job without an interruption."""
+    """Result of the job without an interruption."""
     robot = Robot(None)
     robot.load()
     robot.drive()

@@ -1,4 +1,4 @@
-"""Whether paint is accepted, and the coverage of the area beside that of the length."""
+"""Acceptance of paint, and the coverage of the area beside that of the length."""
 
 import math
 

@@ -62,7 +62,7 @@ class Life:
         caught_up(self._bus, self._operator)
 
     def end(self):
-        """What a kill does to the journal."""
+        """Leave the journal as a kill does."""
         self._kept.__exit__(None, None, None)
 
     def order(self, service, **fields):

@@ -56,7 +56,7 @@ def holds_for_any(kind: type[Message], form: Wellformed, data: st.DataObject) ->
 
 
 def problem(kind: type[Message], payload: bytes) -> str:
-    """What is wrong with a payload; empty if it can be decoded."""
+    """Fault of a payload; empty if it can be decoded."""
     try:
         message = decode(kind, payload)
     except PayloadError as error:

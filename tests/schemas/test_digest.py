@@ -1,4 +1,4 @@
-"""What changes a hash, and what does not."""
+"""Changes that change a hash, and changes that do not."""
 
 import json
 import math

@@ -16,7 +16,7 @@ from touchline.schemas.messages import Message
 
 
 def has_flat_numbers(kind: type[Message]) -> bool:
-    """Whether a type has numbers and no arrays of messages, and so can have a fixed layout."""
+    """Return whether a type has numbers and no arrays of messages, and so can have a fixed layout."""
     try:
         return any(primitive != "string" for _, primitive, _ in flat_fields(kind.ros_type))
     except TypeError:

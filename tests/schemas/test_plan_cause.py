@@ -1,4 +1,4 @@
-"""What a plan was made from comes through a file as it was, numbers that are left open, too."""
+"""The inputs of a plan come through a file as they were, numbers that are left open, too."""
 
 import math
 

@@ -66,7 +66,7 @@ def laws_of_the_game() -> BaseGeometry:
 
 
 def test_the_pitch_is_painted_as_the_laws_have_it() -> None:
-    """What is missing and what is too much, together, is less than the rounding of circles to polygons."""
+    """Missing and surplus paint together are less than the rounding of circles to polygons."""
     difference = painted(pitch()).symmetric_difference(laws_of_the_game())
     assert difference.area < 1e-4
     assert difference.buffer(-1e-3).is_empty  # nowhere wider than 2 mm

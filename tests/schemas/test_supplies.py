@@ -1,4 +1,4 @@
-"""Whether tank and battery last for a job."""
+"""Tank and battery: enough for a job, or not."""
 
 import math
 

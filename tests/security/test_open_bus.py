@@ -1,4 +1,4 @@
-"""What any program can do on an open bus, as docs/explanation/security.md says."""
+"""Attacks that any program can make on an open bus, as docs/explanation/security.md says."""
 
 import threading
 import time

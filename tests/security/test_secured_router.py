@@ -1,4 +1,4 @@
-"""When a secured router takes over a new access list, with real sessions."""
+"""A secured router that takes over a new access list, with real sessions."""
 
 import shutil
 import subprocess

@@ -1,4 +1,4 @@
-"""How near the stretches that robots claim ever come to each other, by what they were told to be."""
+"""Least distance ever of the stretches that robots claim, by their messages."""
 
 import math
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""How far a robot may drive: it comes to rest there, valve closed, and goes on when it is told that it may."""
+"""The limit of a robot's authority: it comes to rest there, valve closed, and goes on when it may."""
 
 import math
 from functools import cache

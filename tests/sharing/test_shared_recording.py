@@ -1,4 +1,4 @@
-"""What robots in one process record together: each one's session, which today's code drives again to the same bytes."""
+"""The common recording of robots in one process: each one's session, which today's code drives to the same bytes."""
 
 import pytest
 

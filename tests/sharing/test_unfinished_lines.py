@@ -1,4 +1,4 @@
-"""What is left to be painted, and what of that can be reached beside a robot that stands on the field."""
+"""Lines that remain to be painted, and the part that can be reached beside a robot that stands on the field."""
 
 import math
 

@@ -63,7 +63,7 @@ def test_chosen_tangents_are_quicker_and_wind_less(study: TrackingStudy) -> None
 
 
 def test_giving_up_curves_slower_than_turning_never_costs_time(study: TrackingStudy) -> None:
-    """Where a curve is given up there is g2, which turns on the spot, too."""
+    """Instead of a curve that is given up there is g2, which turns on the spot, too."""
     kept, ours = (row(study, LEAST, name).figures for name in ("the same", "ours: cubic"))
     assert ours["mean_ratio"] <= kept["mean_ratio"]
     assert ours["median_s"] <= row(study, LEAST, "turn, line").figures["median_s"]

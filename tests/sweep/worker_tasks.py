@@ -1,4 +1,4 @@
-"""What a worker is given to do; a process that begins with it loads nothing else of the tests."""
+"""Tasks of workers; a process that begins with them loads nothing else of the tests."""
 
 import os
 import signal
@@ -12,12 +12,12 @@ def signal_itself(_shared: None, number: int) -> int:
 
 
 def divide(shared: float, by: float) -> float:
-    """What is shared, divided."""
+    """Divide the common number."""
     return shared / by
 
 
 class KillsTheFirst:
-    """What tasks have in common: the first process that gets it is killed before its first task."""
+    """Common object of tasks: the first process that gets it is killed before its first task."""
 
     def __init__(self, mark):
         self.mark = mark

@@ -18,7 +18,7 @@ from touchline.schemas.messages import DiagnosticArray, Message, TeamStatus, Tru
 
 
 def line_of(name: str, message: Message) -> dict[str, object]:
-    """What is to be noted of a message; nothing of most."""
+    """Note about a message; none about most."""
     if isinstance(message, TrueWay):
         return {"way": name, "tick": tick_of(message), "x": list(message.x_m), "y": list(message.y_m)}
     if isinstance(message, TeamStatus):

@@ -12,7 +12,7 @@ from touchline.cli import demo_command
 
 
 def _catches(pid: int, number: int) -> bool:
-    """Whether a process has a handler for a signal; before that, no program can end in order."""
+    """Return whether a process has a handler for a signal; before that, no program can end in order."""
     (caught,) = re.findall(r"^SigCgt:\s*(\w+)", Path(f"/proc/{pid}/status").read_text(), re.MULTILINE)
     return bool(int(caught, 16) >> (number - 1) & 1)
 
@@ -22,12 +22,12 @@ def _children(pid: int) -> list[str]:
 
 
 def _loads(pid: int) -> bool:
-    """Whether a process takes signals; a command does while it is still being loaded."""
+    """Return whether a process takes signals; a command does while it is still being loaded."""
     return all(_catches(pid, each) for each in (signal.SIGTERM, signal.SIGHUP))
 
 
 def _works(pid: int) -> bool:
-    """Whether a sweep has begun: its first worker comes with a helper of Python's own."""
+    """Return whether a sweep has begun: its first worker comes with a helper of Python's own."""
     return len(_children(pid)) > 1
 
 

@@ -94,7 +94,7 @@ def start_painting(bus: Bus, trajectory: Trajectory, speed: float, template: str
 
 @dataclass
 class Site:
-    """What ``touchline up`` runs, and a bystander who kills some of it."""
+    """The processes of ``touchline up``, and a bystander who kills some of them."""
 
     up: subprocess.Popen[bytes]
     folder: Path

@@ -33,7 +33,7 @@ def at(time_s: int) -> Header:
 
 
 def drive(config: BusConfig, told: list[tuple[topics.Topic, Message]]) -> dict[str, object]:
-    """What a client is told by a robot whose last drive ended where it stands now, and that tells this of the next."""
+    """Answer to a client by a robot whose last drive ended where it stands now, and that tells this of the next."""
     with Bus.open(topics.ROBOT_SIM, config) as robot, Bus.open(topics.OPERATOR, config) as operator:
         publishers = {topic.name: robot.publisher(topic) for topic in (topics.EVENTS, topics.WAY_ROUND, topics.REPORT)}
         publishers[topics.REPORT.name].send(report(GOAL_TIME, 1.0))  # sim time rests since then

@@ -75,7 +75,7 @@ def system(fleet: Path, config: BusConfig, folder: Path, *options: str) -> Itera
 
 
 class Driven(NamedTuple):
-    """What a robot has reported of its job, and how much faster than the wall clock it was."""
+    """A robot's report of its job, and its pace against the wall clock."""
 
     session_hash: str
     pace: float
@@ -136,7 +136,7 @@ def operators(config: BusConfig) -> Iterator[dict[str, Bus]]:
 
 
 class Session(NamedTuple):
-    """What came of the three jobs: the recording, the reports, and what commands said meanwhile."""
+    """Results of the three jobs: the recording, the reports, and the output of commands meanwhile."""
 
     recording: Path
     driven: dict[str, Driven]
@@ -144,7 +144,7 @@ class Session(NamedTuple):
 
 
 class Ordered(NamedTuple):
-    """What commands said that were given one after the other, the robots being there."""
+    """Output of commands that were given one after the other while the robots were there."""
 
     refused: str
     done: dict[str, Any]
@@ -164,7 +164,7 @@ def together_then_ordered(fleet: Path, tmp_path_factory: pytest.TempPathFactory)
 
 @pytest.fixture(scope="module")
 def together(together_then_ordered: tuple[Session, Ordered]) -> Session:
-    """What came of them, of one process."""
+    """Results of them in one process."""
     return together_then_ordered[0]
 
 

@@ -164,7 +164,7 @@ def begun(system, job, conduct, watcher) -> Iterator[SharedBusRun]:
 
 
 def is_ready(bus) -> bool:
-    """Whether its robot has nothing to do and could be given something."""
+    """Return whether its robot has nothing to do and could be given something."""
     try:
         told = bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest(), 10.0)
     except CallError:

@@ -45,7 +45,7 @@ def team(task: dict[str, Any]) -> TeamScenario:
 
 
 class Heard:
-    """What the observers of both sides have noted."""
+    """Notes of the observers of both sides."""
 
     def __init__(self, files: list[Path]) -> None:
         self._files, self._read = files, dict.fromkeys(files, 0)

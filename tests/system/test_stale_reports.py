@@ -1,4 +1,4 @@
-"""What a robot says of its job is told from what it said before."""
+"""A robot's report of its job is told from an earlier one."""
 
 from touchline.jobs.single.stale_reports import JobMessageFilter
 from touchline.schemas.messages import TraversalReport, TraversalStatus

@@ -1,4 +1,4 @@
-"""How long a job waits for a robot that stands, by what that reports."""
+"""The time that a job waits for a robot that stands, by that robot's reports."""
 
 import pytest
 
@@ -19,7 +19,7 @@ def wall(monkeypatch):
 
 
 def stands_for(wall, status, pause):
-    """How long it is waited for (s); at most an hour."""
+    """Time for which it is waited for (s); at most an hour."""
     waited, began_s = StallDetector(), wall[0]
     while wall[0] < began_s + 3600.0:
         if waited.stalled(status, pause):

@@ -1,4 +1,4 @@
-"""What the supervisor does with services that hang, fail or have started processes of their own."""
+"""The supervisor and services that hang, fail or have started processes of their own."""
 
 import os
 import re

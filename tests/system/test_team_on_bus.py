@@ -141,7 +141,7 @@ def robots(config: BusConfig, folder: Path, *names: str) -> Iterator[None]:
 
 
 def truths(bus: Bus, *names: str) -> Callable[[], dict[str, tuple[float, float, float]]]:
-    """Where robots truly are, and how fast."""
+    """True places of robots, and their speeds."""
     inboxes = {name: bus.of(name).inbox([topics.TRUTH], keep="latest") for name in names}
     newest: dict[str, tuple[float, float, float]] = {}
 
@@ -157,7 +157,7 @@ def truths(bus: Bus, *names: str) -> Callable[[], dict[str, tuple[float, float, 
 
 
 def guided(bus: Bus, task: object) -> bool:
-    """Whether the coordinator has taken a task."""
+    """Return whether the coordinator has taken a task."""
     request = TeamTaskRequest(request_id=str(uuid.uuid4()), task_json=json.dumps(task))
     return bus.call(topics.TEAM_TASK, request, 120.0).success
 
@@ -216,7 +216,7 @@ def remove(bus: Bus, name: str) -> TeamRobotResponse:
 
 
 class Newest:
-    """What the coordinator has told last."""
+    """Last message of the coordinator."""
 
     def __init__(self, bus: Bus) -> None:
         self._inbox = bus.inbox([topics.TEAM_STATUS, topics.TEAM_CELLS, topics.TEAM_REPORT], keep="latest")

@@ -186,7 +186,7 @@ def for_each(make: Callable[[], Any]) -> Decider:
 
 
 def guided(decider: Decider, avoid: str) -> tuple[dict[str, Guidance], AlgorithmTask]:
-    """What a coordinator sends two robots that are far from each other, after some updates."""
+    """Messages of a coordinator to two robots that are far from each other, after some updates."""
     task = AlgorithmTask(TEAM, ROOM, GoalLists({}), decider)
     hub: Hub | PlanHub
     if avoid == "plans":

@@ -1,4 +1,4 @@
-"""What every test of the console may need."""
+"""Fixtures of the tests of the console."""
 
 from typing import Any
 

@@ -287,7 +287,7 @@ def drive_response() -> m.PlanResponse:
 
 
 def on_the_drive(state: int = m.TraversalStatus.RUNNING, arc_length_m: float = 3.0, **fields: Any) -> list[Incoming]:
-    """What the robot tells of that drive, this far along it."""
+    """The robot's messages about that drive, this far along it."""
     values = {"total_length_m": 8.0, "segment_count": 1, "remaining_s": 12.0, "speed_mps": 0.4}
     told = m.TraversalStatus(state=state, arc_length_m=arc_length_m, **(values | fields))
     return [

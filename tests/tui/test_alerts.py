@@ -1,4 +1,4 @@
-"""What keeps the robot from its work stays in view until it is gone, and the next step says what to do."""
+"""Obstacles to the robot's work stay in view until they are gone, and the next step says what to do."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Whether everything can be read and told apart: contrasts after WCAG 2 and ΔE, on the palettes that terminals have."""
+"""Legibility: contrasts after WCAG 2 and ΔE, on the palettes that terminals have."""
 
 from __future__ import annotations
 
@@ -183,7 +183,7 @@ def test_labels_that_count_stand_out_without_colours() -> None:
 
 @dataclass
 class Terminal:
-    """What an application knows of its terminal."""
+    """An application's knowledge of its terminal."""
 
     color_system: str | None
     no_color: bool = False

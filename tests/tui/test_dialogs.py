@@ -103,7 +103,7 @@ def assert_whole_keys(note: NoteBar, *, all_of_them: bool) -> None:
 
 
 async def assert_all_seen(pilot: Pilot[None], screen: Screen[object], box: Widget) -> None:
-    """What does not fit is scrolled to: the box scrolls to the focus, and to its end."""
+    """Check that the rest can be scrolled to: the box scrolls to the focus, and to its end."""
     seen = set[Widget]()
     wanted = {each for each in box.walk_children(Widget) if each.focusable}
     for each in wanted:

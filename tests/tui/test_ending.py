@@ -1,4 +1,4 @@
-"""How the console ends when nobody leaves it: a terminal that is closed, a breakdown; and that no colours is no end."""
+"""Ends of the console without its operator: a closed terminal, a breakdown; without colours it goes on."""
 
 import fcntl
 import io

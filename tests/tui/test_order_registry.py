@@ -1,4 +1,4 @@
-"""What has become of the orders, without a screen or a bus."""
+"""Outcomes of orders, without a screen or a bus."""
 
 import pytest
 

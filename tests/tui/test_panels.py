@@ -1,4 +1,4 @@
-"""What the panels beside the map tell, whatever happens to services and to the window."""
+"""The panels beside the map, whatever happens to services and to the window."""
 
 import pytest
 

@@ -47,7 +47,7 @@ def received(topic: topics.Topic, message: m.Message, run: ReplayRun = RUN) -> R
 
 
 def live(until_s: float, *, replayed: bool, session: Path = SESSION, robot: str = "") -> ConsoleState:
-    """What a console knows that has heard every message of the session, or of one of its robots, until then."""
+    """Knowledge of a console that has heard every message of the session, or of one of its robots, until then."""
     state, paint = ConsoleState(), PaintHistory()
     apply_event(state, NodeChanged(topics.REPLAY if replayed else topics.ROBOT_SIM, True), 0.0)
     for cue in ReplaySource(session).from_start():
@@ -66,7 +66,7 @@ def live(until_s: float, *, replayed: bool, session: Path = SESSION, robot: str 
 
 
 def known(state: ConsoleState) -> dict[str, Any]:
-    """What is on the screen of a robot; its last motion tells of steered wheels alone, which it has not."""
+    """The screen's text about a robot; its last motion tells of steered wheels alone, which it has not."""
     robot, painted = state.robot, state.paint.line
     told = {name: value for name, value in vars(robot).items() if name != "motion"}
     events = [

@@ -1,4 +1,4 @@
-"""Who has answered an order to all: acknowledged, refused and why, silent."""
+"""Answers to an order to all: acknowledged, refused with a reason, none."""
 
 import pytest
 

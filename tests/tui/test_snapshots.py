@@ -1,4 +1,4 @@
-"""What the console looks like; `pytest --snapshot-update` takes new pictures, to be looked at before they are kept."""
+"""Pictures of the console; `pytest --snapshot-update` takes new ones, to be looked at before they are kept."""
 
 from collections.abc import Awaitable, Callable
 from typing import Any

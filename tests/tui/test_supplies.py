@@ -1,4 +1,4 @@
-"""What a job needs of tank and battery, shown and asked about before it is started."""
+"""Needs of a job from tank and battery, shown and asked about before it is started."""
 
 from collections.abc import Callable
 

@@ -31,7 +31,7 @@ SIDE_SLIP_RAD_PER_MPS2 = 0.02
 
 
 class SkidSteerFigures(NamedTuple):
-    """What kernels know of it; wheel i is on side i % 2, left or right."""
+    """Figures of it for kernels; wheel i is on side i % 2, left or right."""
 
     radius_m: float
     half_m: float

@@ -38,7 +38,7 @@ class SkidSteerDrive(DriveSpec):
 
     @property
     def wheels_m(self) -> tuple[tuple[float, float], ...]:
-        """Where they touch the ground."""
+        """Places where they touch the ground."""
         x, y = 0.5 * self.wheelbase_m, 0.5 * self.track_width_m
         return (x, y), (x, -y), (-x, y), (-x, -y)
 

@@ -29,7 +29,7 @@ class RadarSpec(SensorSpec):
 
 
 class RadarTruth(SensorTruth):
-    """How the radar really errs."""
+    """True errors of the radar."""
 
     kind: Literal["wheel-slip-radar"] = "wheel-slip-radar"
     white_mps: Annotated[float, Field(ge=0, le=1)] = 0.02
