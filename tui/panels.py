@@ -24,7 +24,7 @@ from touchline.tui.panel_rows import row as _row
 from touchline.tui.state import ConsoleState
 from touchline.tui.unfinished_job import name_of, next_step, offered, share_done
 from touchline.tui.waiting_robot import blocked
-from touchline.tui.way_round_lines import way_round_lines, what_ends_it
+from touchline.tui.way_round_lines import left_out, way_round_lines, what_ends_it
 
 LOW_PAINT = 0.15
 GOOD_ERROR_M = 0.02
@@ -341,7 +341,9 @@ def _report_lines(state: ConsoleState) -> list[Content]:
         return []
     if state.robot.way_round.continues:  # it is of one drive of several
         return []
-    if report.success:
+    if report.success and left_out(state.robot.way_round):
+        verdict = ("▲ with parts left out", theme.ORANGE)
+    elif report.success:
         verdict = ("✓ complete", theme.GREEN)
     elif state.traversal == TraversalStatus.DONE:
         verdict = ("✗ not as the template asks", theme.ORANGE)

@@ -27,6 +27,11 @@ def what_ends_it(state: ConsoleState) -> str:
     return "goes on once its way is clear"
 
 
+def left_out(told: WayRound) -> list[str]:
+    """Outlines beside which something of the job is left out."""
+    return [*(each.outline for each in told.left_out), *(each.outline for each in told.left_out_patches)]
+
+
 def way_round_lines(state: ConsoleState, width: int) -> list[Content]:
     """Things in the way, the answers that the robot can be given, and what of the job is left out."""
     told, lines = state.robot.way_round, list[Content]()
@@ -38,12 +43,13 @@ def way_round_lines(state: ConsoleState, width: int) -> list[Content]:
     if asks_way(state) and not state.replayed:
         unless = "unless told: " if goes_round_in_s(state) is not None else ""
         lines += [Content.styled(line, theme.INK) for line in wrap(f"{unless}{ANSWER_KEYS}", width)]
-    outlines = [*(each.outline for each in told.left_out), *(each.outline for each in told.left_out_patches)]
-    if outlines:
+    if outlines := left_out(told):
         beside = ", ".join(dict.fromkeys(plain(name) for name in outlines if name))
         length_m = sum(each.length_m for each in told.left_out)
         size_m2 = sum(each.size_m2 for each in told.left_out_patches)
         shown = format.length(length_m) if told.left_out else format.number(size_m2, 1, "m²")
         beside = format.cut(f"  {beside}", width - 9 - len(shown)) if beside else ""
         lines.append(row("left out", (shown, theme.ORANGE), (beside, theme.MUTED)))
+    if told.drives > 1:  # else it seems that earlier paint has been lost, or that the whole job is complete
+        lines.append(row("figures", f"of drive {told.drives} alone"))
     return lines

@@ -57,6 +57,11 @@ def test_a_wait_says_before_what_how_far_and_when_it_ends(waiting: list[Incoming
     assert panels.hint(shown) == ("space", "hold: goes round in 3 s")
 
 
+def test_later_drives_of_a_job_say_that_their_figures_are_their_own(waiting: list[Incoming]) -> None:
+    assert "figures" not in lines(state(*waiting))
+    assert "figures  of drive 2 alone" in lines(state(*waiting, way_round(W.DRIVES, drives=2)))
+
+
 @pytest.mark.parametrize(
     ("told", "step", "asks"),
     [
@@ -99,6 +104,13 @@ def test_ground_that_is_left_out_is_shown_in_square_metres(template: Template, w
     running = received(topics.STATUS, scenes.status(template, S.RUNNING))
     shown = state(*waiting, way_round(W.DRIVES, left_out_patches=patches), running)
     assert "left out 4.6 m²  person 3, plan" in lines(shown, 40)
+
+
+def test_a_job_with_parts_left_out_does_not_end_as_complete(template: Template) -> None:
+    stretch = m.LeftOutStretch(line_id="a", outline="person 3", from_m=2.0, to_m=3.5)
+    shown = lines(state(*scenes.finished(template), way_round(W.DRIVES, drives=3, left_out=(stretch,))))
+    assert "▲ with parts left out" in shown and "complete" not in shown
+    assert "figures  of drive 3 alone" in shown
 
 
 def test_the_end_of_one_drive_of_several_is_no_end_of_the_job(template: Template) -> None:
