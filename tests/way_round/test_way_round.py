@@ -79,6 +79,9 @@ def test_it_goes_round_and_reports_the_gap_that_the_paint_has(stood: WayRoundOut
     assert gap.outline.split()[0] in ("thing", "person", "post")
     assert f'left out beside "{gap.outline}"' in gap_words(gap)
     assert (gap.from_m, gap.to_m) == pytest.approx(_true_gap_m(stood.strokes), abs=0.02)
+    paint, all_m = figures["paint"], sum(segment.curve().length_m for segment in FIELD.segments)
+    assert paint["left_out_m"] == pytest.approx(gap.length_m)
+    assert paint["of_all_lines_pct"] == pytest.approx((1.0 - gap.length_m / all_m) * paint["coverage_pct"])
     picture = tmp_path / "round.svg"
     draw_work_done(stood.work, stood.strokes, picture)
     assert 'id="gap"' in picture.read_text() and gap.outline in picture.read_text()

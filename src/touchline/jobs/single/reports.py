@@ -147,12 +147,23 @@ def work_report(report: TraversalReport, area: AreaReport | None, plan: PlanRepo
     if area is None:
         figures = paint_report(report)
         if plan.left_out:
-            left_out_m = math.fsum(each.length_m for each in plan.left_out)
             reached_m = math.fsum(each.length_m for each in report.segments)
-            share = reached_m / (reached_m + left_out_m)
-            figures["paint"] |= {"left_out_m": left_out_m, "of_all_lines_pct": share * report.coverage_pct}
+            figures["paint"] |= all_lines_figures(plan.left_out, reached_m, report.coverage_pct)
         return figures
     return {"area": area_report_figures(area, report), "estimator": estimator_figures(report)}
+
+
+def all_lines_figures(left_out: Sequence[LeftOutStretch], reached_m: float, coverage_pct: float) -> dict[str, float]:
+    """Return the length that is left out, and the coverage of all lines.
+
+    Args:
+        left_out: Stretches that are left out.
+        reached_m: Length of the rest.
+        coverage_pct: Coverage of the rest.
+    """
+    left_out_m = math.fsum(each.length_m for each in left_out)
+    share = reached_m / (reached_m + left_out_m) if reached_m else 0.0
+    return {"left_out_m": left_out_m, "of_all_lines_pct": share * coverage_pct}
 
 
 def contact_figures(contacts: ContactReport | None) -> dict[str, Any]:

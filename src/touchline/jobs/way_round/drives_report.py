@@ -9,7 +9,7 @@ import numpy as np
 
 from touchline.jobs.shared.joint_paint import JointPaint, Work, joint_paint
 from touchline.jobs.single.painted_picture import MIN_WIDTH_PT, paint
-from touchline.jobs.single.reports import contact_figures, failing
+from touchline.jobs.single.reports import all_lines_figures, contact_figures, failing
 from touchline.jobs.way_round.work_done import WorkDone
 from touchline.schemas.messages import ContactReport, Header, LeftOutStretch, PaintMarks, TraversalReport
 from touchline.schemas.plain_text import plain
@@ -63,7 +63,10 @@ class PaintedDrives:
 
     def figures(self) -> dict[str, Any]:
         """See `WorkDone`."""
-        return {"paint": self.paint.figures(), "gaps": gap_figures(self.gaps, self.ended)}
+        figures, metrics = self.paint.figures(), self.paint.metrics
+        if self.gaps:
+            figures |= all_lines_figures(self.gaps, metrics.template_length_m, metrics.coverage_pct)
+        return {"paint": figures, "gaps": gap_figures(self.gaps, self.ended)}
 
     def warnings(self) -> Iterator[str]:
         """See `WorkDone`."""
