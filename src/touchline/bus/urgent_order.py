@@ -193,7 +193,7 @@ class _Asked(Generic[Request, Response]):
 
     @property
     def problem(self) -> str:
-        """Why there is no answer yet, as far as is known."""
+        """Reason why there is no answer yet, as far as is known."""
         missing = sorted(self._missing())
         if self._problem:
             return self._problem

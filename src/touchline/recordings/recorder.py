@@ -242,7 +242,7 @@ class Recorder:
 
     @property
     def problem(self) -> str:
-        """Why recording ended early; empty while all is well."""
+        """Reason why recording ended early; empty while all is well."""
         return self._problem
 
     def write(self, topic: str, payload: bytes, sequence: int, missed: int = 0, namespace: str = "") -> None:

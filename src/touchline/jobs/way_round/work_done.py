@@ -26,7 +26,7 @@ class WorkDone(Protocol):
 
     @property
     def refusal(self) -> str:
-        """Why the work is not accepted; "" if it is."""
+        """Reason why the work is not accepted; "" if it is."""
 
     def figures(self) -> dict[str, Any]:
         """Return the work, and what is left undone, as figures of a report."""
