@@ -59,9 +59,9 @@ class ImuSource(StreamSource):
     """Yaw rate and specific force."""
 
     axes: tuple[BodyAxis, BodyAxis, BodyAxis] = ("x", "y", "z")
-    """Which of the sensor's axes point forward, to the left and up."""
+    """Axes of the sensor that point forward, to the left and up."""
     accelerometer: bool = True
-    """Whether its accelerometer is used."""
+    """Use its accelerometer."""
 
     @field_validator("axes")
     @classmethod
@@ -123,8 +123,7 @@ class LogMapping(Spec):
     heading: HeadingSource = HeadingSource()
     reference: TrackSource | None = None
     standing: bool = False
-    """Whether the antenna stood all the time, on a tripod: wheels and IMU that the log lacks are those of a robot at
-    rest."""
+    """The antenna stood all the time, on a tripod: wheels and IMU that the log lacks are those of a robot at rest."""
 
     @field_validator("name", "source", "licence")
     @classmethod

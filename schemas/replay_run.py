@@ -1,4 +1,4 @@
-"""Which messages belong together in a replay: ids of their publishers.
+"""Ids of publishers in a replay, which tell what messages belong together.
 
 Within a topic messages come in order, across topics they need not. So the id of whoever publishes them tells which
 replay they are of, and after how many of its jumps (seeks and new passes) they were sent.

@@ -32,7 +32,7 @@ class Supply:
 
     @property
     def lasts(self) -> bool:
-        """Whether it lasts to the end of the job, as far as is known."""
+        """True if it lasts to the end of the job, as far as is known."""
         return self.needed is None or self.there is None or self.needed <= self.there - self.reserve
 
     @property
@@ -53,7 +53,7 @@ class Supplies:
 
     @property
     def last(self) -> bool:
-        """Whether both last to the end of the job, as far as is known."""
+        """True if both last to the end of the job, as far as is known."""
         return self.paint.lasts and self.battery.lasts
 
     @property

@@ -124,7 +124,7 @@ class TeamLinks(Spec):
 
     @property
     def lossless(self) -> bool:
-        """Whether every message arrives at once."""
+        """True if every message arrives at once."""
         return self.loss == 0.0 and self.delay_s == 0.0
 
 
@@ -223,7 +223,7 @@ class TeamScenario(Spec):
     Faults of `world` apply to all.
     """
     frozen: dict[str, Annotated[tuple[Freeze, ...], Field(max_length=100)]] = Field(default_factory=dict)
-    """When a robot's computer stands still: `start_s`, `duration_s`, by robot.
+    """Times at which a robot's computer stands still: `start_s`, `duration_s`, by robot.
 
     Only where robots and coordinator are of one process.
     """

@@ -293,7 +293,7 @@ class Template(GrownSpec):
         return next((area for area in self.areas if area.id == name), None) if name else None
 
     def paints(self, segment_id: str) -> bool:
-        """Whether a segment of that id is painted: one of the template's own, a part of one, or a swath of an area."""
+        """Return whether a segment is painted: one of the template's own, a part of one, or a swath of an area."""
         ids = segment_id, line_id_of(segment_id)
         return any(each in self._own_ids or self.area_of(each) is not None for each in ids)
 

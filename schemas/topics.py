@@ -70,7 +70,7 @@ class Topic:
 
     @property
     def reliable(self) -> bool:
-        """Whether the transport retransmits: always so for what blocks."""
+        """True if the transport retransmits: always for topics that block."""
         return self.block
 
 

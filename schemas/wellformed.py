@@ -46,7 +46,7 @@ class Wellformed:
         self._learns = not _has_validators(kind)
 
     def problem(self, payload: bytes) -> str:
-        """Why ``payload`` is no message of the type; empty if it is one."""
+        """Return the reason why ``payload`` is no message of the type; empty if it is one."""
         known = self._known.get(len(payload))
         if known is None:
             return self._decoded(payload)

@@ -36,7 +36,7 @@ REPLACED = {
     "judging": "evaluating",
     "conduct": "behaviour",
 }
-QUESTION = re.compile(r"\W*(What|Who|Where|How)\b")
+QUESTION = re.compile(r"\W*(What|Which|Who|Whose|Whom|Where|When|Whether|Why|How)\b")
 #: Names that say in every room what the room's file is for.
 COMMON_MODULES = frozenset(("__init__", "service"))
 #: The public interface calls things as its users do, whatever has that name inside.

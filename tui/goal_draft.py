@@ -52,7 +52,7 @@ class GoalDraft:
     asked_s: float = -math.inf
     """Time of the last request to the planner."""
     unseen: bool = False
-    """Whether the goal may be sent without a preview."""
+    """True if the goal may be sent without a preview."""
     sent_id: str = ""
     """Request id of the goal while it is being sent to the robot."""
     _manner: PoseGoal = field(default_factory=PoseGoal)

@@ -23,6 +23,7 @@ from touchline.tui.protocol import (
     CallFailed,
     Incoming,
     Link,
+    LinkChanged,
     Lost,
     NodeChanged,
     PaintFetched,
@@ -148,6 +149,7 @@ class BusLink:
         self._health.skim(SKIMMED_S)
         self._near: list[Inbox] = []
         self._presence = bus.presence()
+        self._linked = True
         self._rejected = 0
         self._lost = 0
         self._fetched: deque[PaintFetched] = deque()
@@ -189,6 +191,9 @@ class BusLink:
         lost = {change.node for change in changes if not change.alive}
         came: list[Incoming] = []
         went: list[Incoming] = []
+        if self._presence.linked != self._linked:
+            self._linked = self._presence.linked
+            came.append(LinkChanged(self._linked))
         for node in dict.fromkeys(change.node for change in changes):
             if node in before and node in lost:
                 went.append(NodeChanged(node, False))

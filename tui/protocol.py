@@ -43,6 +43,13 @@ class NodeChanged:
 
 
 @dataclass(frozen=True)
+class LinkChanged:
+    """Event: the console lost its link to the router, by which it hears of all others, or has it again."""
+
+    linked: bool
+
+
+@dataclass(frozen=True)
 class Rejected:
     """Event: a payload could not be read, and was dropped."""
 
@@ -64,7 +71,7 @@ class Lost:
     messages: int
 
 
-Incoming = Received | Skimmed | NodeChanged | Rejected | PaintFetched | Lost
+Incoming = Received | Skimmed | NodeChanged | LinkChanged | Rejected | PaintFetched | Lost
 
 
 class Link(Protocol):

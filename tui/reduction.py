@@ -26,7 +26,7 @@ from touchline.tui import robot as robot_model
 from touchline.tui.event_log import ERROR, INFO, WARN
 from touchline.tui.job import NOTHING, JobView, PathView, TemplateView
 from touchline.tui.node_health import Node, take_report
-from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected, Skimmed
+from touchline.tui.protocol import Incoming, LinkChanged, Lost, NodeChanged, PaintFetched, Received, Rejected, Skimmed
 from touchline.tui.replay_view import ReplayView
 from touchline.tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, seconds
 from touchline.tui.state import ConsoleState
@@ -45,6 +45,9 @@ def apply_event(state: ConsoleState, event: Incoming, now_s: float) -> None:
                 state.nodes[name].heard(now_s)
         case NodeChanged(node, alive):
             _node_changed(state, node, alive)
+        case LinkChanged(linked):
+            text = "linked to the router again" if linked else "no link to the router, which reaches all others"
+            state.note(INFO if linked else ERROR, "console", text)
         case PaintFetched(strokes):
             state.paint.fetched(strokes)
         case Lost(messages):

@@ -49,14 +49,14 @@ class ConsoleState:
     name: str = ""
     """Namespace of the robot."""
     alone: bool = True
-    """Whether the console knows no other robot."""
+    """True if the console knows no other robot."""
     closely: bool = True
-    """Whether plan, paint and truth of the robot come in, not only what is shown of robots out of view."""
+    """True if plan, paint and truth of the robot come in, not only what is shown of robots out of view."""
     robot: Robot = field(default_factory=Robot)
     last_pose: ShownPose | None = None
     """Last known pose of a robot that has gone."""
     lost_job: bool = False
-    """Whether the robot's process ended while it was on a job, without another job since."""
+    """True if the robot's process ended while it was on a job, without another job since."""
     origin: Origin | None = None
     """Origin of its map frame, once it has reported it."""
     nodes: dict[str, Node] = field(default_factory=lambda: {name: Node(name) for name in EXPECTED_NODES})

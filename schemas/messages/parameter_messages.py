@@ -95,7 +95,7 @@ class ParameterDescriptor(Message):
 
 
 class SetParametersResult(Message):
-    """Whether a parameter was set, and why not."""
+    """Success if a parameter was set, or the reason why not."""
 
     ros_type: ClassVar[str] = "rcl_interfaces/msg/SetParametersResult"
     successful: bool = False
@@ -120,7 +120,7 @@ class ListParametersRequest(Message):
 
 
 class ListParametersResponse(Message):
-    """Which parameters there are."""
+    """Names of the parameters that there are."""
 
     ros_type: ClassVar[str] = "rcl_interfaces/srv/ListParameters_Response"
     result: ListParametersResult = ListParametersResult()

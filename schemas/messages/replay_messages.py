@@ -37,7 +37,7 @@ class ReplaySeekRequest(Message):
 
 
 class ReplaySeekResponse(Message):
-    """Whether what holds at that time has been sent, or why not."""
+    """Success once the messages in force at that time have been sent, or the reason why not."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/ReplaySeek_Response"
     success: bool = False
@@ -54,7 +54,7 @@ class ReplayStepRequest(Message):
 
 
 class ReplayStepResponse(Message):
-    """Whether they have been sent, or why not."""
+    """Success once they have been sent, or the reason why not."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/ReplayStep_Response"
     success: bool = False
@@ -70,7 +70,7 @@ class ReplaySetLoopsRequest(Message):
 
 
 class ReplaySetLoopsResponse(Message):
-    """Whether that was taken, or why not."""
+    """Success if the number was taken, or the reason why not."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/ReplaySetLoops_Response"
     success: bool = False

@@ -29,7 +29,7 @@ class LoadRequest(Message):
 
 
 class LoadResponse(Message):
-    """Whether the trajectory was taken; ``total_time`` in seconds."""
+    """Success if the trajectory was taken; ``total_time`` in seconds."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Load_Response"
     success: bool = False
@@ -51,7 +51,7 @@ class GotoRequest(Message):
 
 
 class GotoResponse(Message):
-    """Whether the robot is on its way, and what was planned, or why not; ``total_time`` in seconds."""
+    """Success and what was planned once the robot is on its way, or the reason why not; ``total_time`` in seconds."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Goto_Response"
     success: bool = False
@@ -67,7 +67,7 @@ class CommandRequest(Message):
 
 
 class CommandResponse(Message):
-    """Whether the command was carried out, and why not."""
+    """Success if the command was carried out, or the reason why not."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Command_Response"
     success: bool = False
@@ -86,7 +86,7 @@ class AuthorizeRequest(Message):
 
 
 class AuthorizeResponse(Message):
-    """Whether the authority was taken, and why not."""
+    """Success if the authority was taken, or the reason why not."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Authorize_Response"
     success: bool = False
@@ -102,7 +102,7 @@ class SetSpeedRequest(Message):
 
 
 class SetSpeedResponse(Message):
-    """Whether the speed factor was taken."""
+    """Success if the speed factor was taken."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/SetSpeed_Response"
     success: bool = False
@@ -118,7 +118,7 @@ class InjectFaultRequest(Message):
 
 
 class InjectFaultResponse(Message):
-    """Whether the fault was taken, and why not."""
+    """Success if the fault was taken, or the reason why not."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/InjectFault_Response"
     success: bool = False
@@ -173,7 +173,7 @@ class RecordRequest(Message):
 
 
 class RecordResponse(Message):
-    """Whether recording has begun; everything published after this answer is recorded."""
+    """Success once recording has begun; everything published after this answer is recorded."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Record_Response"
     success: bool = False

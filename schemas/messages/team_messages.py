@@ -185,7 +185,7 @@ class BeginGuidedRequest(Message):
 
 
 class BeginGuidedResponse(Message):
-    """Whether the robot is guided now, or why not."""
+    """Success if the robot is guided now, or the reason why not."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/BeginGuided_Response"
     success: bool = False
@@ -231,7 +231,7 @@ class TeamTaskRequest(Message):
 
 
 class TeamTaskResponse(Message):
-    """Whether the team goes on with that task, or why not."""
+    """Success if the team goes on with that task, or the reason why not."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/TeamTask_Response"
     success: bool = False
@@ -251,7 +251,7 @@ class TeamRobotRequest(Message):
 
 
 class TeamRobotResponse(Message):
-    """Whether that is done, and what has to be seen to now; or why not."""
+    """Success and what has to be seen to now, or the reason why not."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/TeamRobot_Response"
     success: bool = False

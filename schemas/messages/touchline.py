@@ -128,7 +128,7 @@ class TraversalStatus(Message):
 
 
 class PauseStatus(Message):
-    """Why the robot pauses and what ends it: sent with every ``TraversalStatus`` while it pauses, and once afterwards.
+    """Cause and end of a pause: sent with every ``TraversalStatus`` while the robot pauses, and once afterwards.
 
     ``cause`` is NONE once it does not pause any more. ``source`` names who or what ordered the pause: the operator, a
     hazard (``tank-low``), a follower. ``ends_by_itself``: the robot moves off without a person, at ``earliest`` (sim

@@ -9,7 +9,7 @@ from touchline.schemas.messages.standard import Point
 
 
 class CurveType(Message):
-    """Which of a curve's alternatives is present."""
+    """Kind of curve that is present."""
 
     ros_type: ClassVar[str] = "tt_geometry_msgs/msg/CurveType"
     NONE: ClassVar[int] = 0
@@ -101,7 +101,7 @@ class ActuationProfile(Message):
 
 
 class VelocityType(Message):
-    """Whether a velocity is linear (m/s) or angular (rad/s, turning on the spot)."""
+    """Kind of velocity: linear (m/s) or angular (rad/s, turning on the spot)."""
 
     ros_type: ClassVar[str] = "tt_trajectory_msgs/msg/VelocityType"
     NONE: ClassVar[int] = 0

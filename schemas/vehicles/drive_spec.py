@@ -42,7 +42,7 @@ class DriveSpec(Spec):
     """Plans may turn on the spot."""
 
     says_no_more: ClassVar[str] = "the drive does no more"
-    """Why no speed may be above `max_speed_mps`, as a remedy tells it."""
+    """Reason why no speed may be above `max_speed_mps`, for a remedy."""
 
     @property
     def max_speed_mps(self) -> float:

@@ -33,7 +33,7 @@ class ToolSpec(Spec):
 
     @property
     def paints(self) -> bool:
-        """Whether it puts anything on the ground."""
+        """True if it puts anything on the ground."""
         return self.flow_lps > 0.0
 
     @property
@@ -48,12 +48,12 @@ class ToolSpec(Spec):
 
     @property
     def steady_speed(self) -> bool:
-        """Whether it needs one speed along a line; else it may brake, and begin and end at a standstill."""
+        """True if it needs one speed along a line; else it may brake, and begin and end at a standstill."""
         return True
 
     @property
     def covers(self) -> bool:
-        """Whether areas are what it works on: it works on all ground that it passes, and leaves nothing there."""
+        """True if it works on areas: on all ground that it passes, leaving nothing there."""
         return False
 
     @property

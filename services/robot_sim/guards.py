@@ -89,6 +89,7 @@ class LinkWatch:
             now_s: Monotonic wall time.
         """
         self._presence.poll()
-        if not driving or self._seen_s is None or GUARDIANS & self._presence.alive():
+        there = self._presence.linked and GUARDIANS & self._presence.alive()
+        if not driving or self._seen_s is None or there:
             self._seen_s = now_s
         return now_s - self._seen_s > self._timeout_s

@@ -22,6 +22,8 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES, encode
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Clock, CommandRequest, CommandResponse, Event, Imu, String, Time, Vector3
+from touchline.schemas.user_folders import keys_folder
+from touchline.security.identity import IDENTITIES
 
 
 @pytest.fixture
@@ -248,6 +250,13 @@ def test_bad_requests_get_a_reason_and_good_ones_still_an_answer(starter, outsid
 def test_nobody_answers(pair):
     with pytest.raises(CallError, match="nobody answers"):
         pair[1].call(topics.PAUSE, CommandRequest())
+
+
+def test_who_has_identities_and_meets_nobody_on_an_open_bus_is_reminded_of_them(bus_config, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    (keys_folder() / IDENTITIES).mkdir(parents=True)
+    with Bus.open(topics.OPERATOR, bus_config) as bus, pytest.raises(CallError, match="a secured one takes --identity"):
+        bus.call(topics.PAUSE, CommandRequest())
 
 
 def test_no_answer_in_time(pair):

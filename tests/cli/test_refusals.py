@@ -67,8 +67,8 @@ def test_what_cannot_be_done_is_refused_at_once(arguments, says, touchline):
     [
         (("run", "study-square"), "has no identities"),
         (("demo",), "has no identities"),
-        (("run", "soccer-11", "--robots", "2"), "jobs of several robots start an open system"),
-        (("fleet", "run", "--robots", "2"), "jobs of several robots start an open system"),
+        (("run", "soccer-11", "--robots", "2"), "add --secure"),
+        (("fleet", "run", "--robots", "2"), "add --secure"),
     ],
 )
 def test_an_identity_is_refused_by_what_would_start_an_open_system(command, says, tmp_path, monkeypatch, touchline):

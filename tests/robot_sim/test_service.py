@@ -93,6 +93,8 @@ def test_without_operator_and_planner_the_robot_stops_by_itself_with_its_valve_c
 class Nodes:
     """A bus with these nodes."""
 
+    linked = True
+
     def __init__(self, *alive):
         self.now = set(alive)
 
@@ -116,6 +118,10 @@ def test_the_link_is_lost_when_the_time_is_over_that_counts_from_the_start_of_dr
         assert not watch.lost(True, 20.0)
         nodes.now.discard(guardian)
         assert [watch.lost(True, now_s) for now_s in (21.9, 22.1)] == [False, True]
+    nodes.now.add(topics.OPERATOR)
+    assert not watch.lost(True, 30.0)
+    nodes.linked = False
+    assert [watch.lost(True, now_s) for now_s in (31.9, 32.1)] == [False, True]
 
 
 def _last(said, topic):

@@ -35,6 +35,7 @@ class SecuredSystem:
         identities: By role, and by namespace of robots.
         state: Folder with its audit logs.
         process: Process of `touchline up`.
+        log: Its output.
     """
 
     keys: Path
@@ -42,6 +43,7 @@ class SecuredSystem:
     identities: dict[Role | str, Identity]
     state: Path
     process: subprocess.Popen[bytes]
+    log: Path
 
     def config(self, who: Role | str | Identity, *namespaces: str) -> BusConfig:
         """Return the bus configuration of an identity."""
@@ -93,7 +95,7 @@ def secured_system(folder: Path) -> Iterator[SecuredSystem]:
             assert process.poll() is None, log.read_text()
             assert time.monotonic() < deadline, log.read_text()
             time.sleep(0.1)
-        yield SecuredSystem(keys, endpoint, identities, state, process)
+        yield SecuredSystem(keys, endpoint, identities, state, process, log)
     finally:
         process.terminate()
         process.wait(30)

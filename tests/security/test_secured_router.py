@@ -5,11 +5,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from itertools import count
 from pathlib import Path
 
 import pytest
 
-from touchline.bus import Bus, BusConfig, secured_router
+from touchline.bus import Bus, BusConfig, presence, secured_router
 from touchline.bus.ports import free_port
 from touchline.bus.presence import Presence, PresenceChange
 from touchline.bus.secured_router import SecuredRouter
@@ -19,6 +20,7 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.roles import Role
 from touchline.security.authority import CertificateAuthority
 from touchline.security.identity import Identity
+from touchline.services.robot_sim.guards import LinkWatch
 
 
 @pytest.fixture
@@ -55,16 +57,27 @@ QUIET_S = 2.0
 
 
 @pytest.fixture
-def router(keys: CertificateAuthority, tmp_path: Path) -> Iterator[Path]:
-    """A router's process, which shares nothing with these sessions; its log."""
-    log, folder = tmp_path / "router.log", keys.folder_of(keys.named("router.main"))
+def log(tmp_path: Path) -> Path:
+    return tmp_path / "router.log"
+
+
+@pytest.fixture
+def routing(keys: CertificateAuthority, log: Path) -> Iterator[subprocess.Popen[str]]:
+    """A router's process, which shares nothing with these sessions."""
+    folder = keys.folder_of(keys.named("router.main"))
     with log.open("wb") as output:
         command = [sys.executable, "-c", ROUTER, folder, str(QUIET_S)]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=output, text=True)
     with process:
         assert process.stdout is not None and process.stdout.readline() == "ready\n", log.read_text()
-        yield log
+        yield process
         process.kill()
+
+
+@pytest.fixture
+def router(routing: subprocess.Popen[str], log: Path) -> Path:
+    """The log of the router's process."""
+    return log
 
 
 def until(holds: Callable[[], object], within_s: float = 15.0) -> bool:
@@ -75,9 +88,9 @@ def until(holds: Callable[[], object], within_s: float = 15.0) -> bool:
     return bool(holds())
 
 
-def alive(presence: Presence) -> set[str]:
-    presence.poll()
-    return presence.alive()
+def alive(there: Presence) -> set[str]:
+    there.poll()
+    return there.alive()
 
 
 def admitted(config: BusConfig) -> bool:
@@ -118,16 +131,30 @@ def test_a_new_member_waits_while_a_robot_drives_and_a_revoked_one_is_out_at_onc
 
 def test_presence_outlasts_the_routers_change_and_sees_who_has_left(keys, router):
     with Bus.open(topics.OPERATOR, config(keys, "operator.anna")) as bus:
-        presence, first = bus.presence(), bus.peers()
+        there, first = bus.presence(), bus.peers()
         with Bus.open(topics.ROBOT_SIM, config(keys, "robot.tt2")):
-            assert until(lambda: topics.ROBOT_SIM in alive(presence))
+            assert until(lambda: topics.ROBOT_SIM in alive(there))
             keys.issue([keys.new_member(Role.OPERATOR, "bea")])
             changes: list[PresenceChange] = []
-            assert until(lambda: changes.extend(presence.poll()) or bus.peers() - first)
-            until(lambda: changes.extend(presence.poll()), 2.0)
+            assert until(lambda: changes.extend(there.poll()) or bus.peers() - first)
+            until(lambda: changes.extend(there.poll()), 2.0)
             assert [change for change in changes if change.node == topics.ROBOT_SIM] == []
-            assert topics.ROBOT_SIM in presence.alive()
-        assert until(lambda: topics.ROBOT_SIM not in alive(presence), 3.0)
+            assert topics.ROBOT_SIM in there.alive()
+        assert until(lambda: topics.ROBOT_SIM not in alive(there), 3.0)
+
+
+def test_a_robot_without_a_router_counts_from_the_loss_of_its_link(keys, routing, monkeypatch):
+    """Others are missed only a while later: they may be back when the router is."""
+    monkeypatch.setattr(presence, "_BACK_S", 1000.0)
+    with (
+        Bus.open(topics.ROBOT_SIM, config(keys, "robot.tt2")) as robot,
+        Bus.open(topics.OPERATOR, config(keys, "operator.anna")),
+    ):
+        watch, now_s = LinkWatch(robot, 2.0), count(0.0, 2.1)
+        assert until(lambda: not watch.lost(True, next(now_s)) and watch.attended)
+        routing.kill()
+        assert until(lambda: watch.lost(True, next(now_s)))
+        assert watch.attended
 
 
 def test_an_access_list_that_is_damaged_changes_nothing(keys, router):

@@ -55,16 +55,22 @@ class RobotUnavailable(TouchlineError, TimeoutError):
 
 
 def connect(namespace: str = "tt2", /, *, endpoint: str | None = None, timeout_s: float = 5.0) -> Robot:
-    """Connect to a robot on the bus.
+    """Connect to a robot on the bus, as its operator.
 
     Args:
         namespace: Namespace of the robot.
-        endpoint: Zenoh locator of the meeting point; None: $TOUCHLINE_ENDPOINT, or this machine's.
-        timeout_s: Time to wait for the robot, and for its answers.
+        endpoint: Zenoh locator where all meet, such as `tcp/127.0.0.1:7461`; None: $TOUCHLINE_ENDPOINT, else the router
+            of the identity that $TOUCHLINE_IDENTITY names, else this machine's.
+        timeout_s: Wall-clock time to wait for the robot, and for each of its answers.
+
+    Returns:
+        The robot; as a context manager it is left at the end.
 
     Raises:
         RobotUnavailable: It is not there in time.
-        SpecError: An argument or the environment cannot be used.
+        SpecError: An argument, the environment or the identity cannot be used.
+        TouchlineError: The bus cannot be joined: nobody listens at the endpoint of a router, it does not admit the
+            identity, or another program listens there.
     """
     return Robot(namespace, endpoint=endpoint, timeout_s=timeout_s)
 
@@ -367,11 +373,15 @@ async def connect_async(
     Args:
         namespace: Namespace of the robot.
         endpoint: As of `connect`.
-        timeout_s: Time to wait for the robot, and for its answers.
+        timeout_s: As of `connect`.
+
+    Returns:
+        The robot, whose methods are awaited.
 
     Raises:
         RobotUnavailable: It is not there in time.
-        SpecError: An argument or the environment cannot be used.
+        SpecError: An argument, the environment or the identity cannot be used.
+        TouchlineError: The bus cannot be joined.
     """
     return AsyncRobot(await asyncio.to_thread(connect, namespace, endpoint=endpoint, timeout_s=timeout_s))
 

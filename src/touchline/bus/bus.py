@@ -31,6 +31,8 @@ from touchline.bus.roster import Roster
 from touchline.bus.service_gate import ServiceGate
 from touchline.bus.trusted_sessions import TrustedSessions
 from touchline.schemas.topics import SERVING, Request, Response, Service, Topic
+from touchline.schemas.user_folders import keys_folder
+from touchline.security.identity import IDENTITIES
 
 _MOST_NAMED: Final = 12
 #: Time to answer requests that came by a former session.
@@ -326,6 +328,8 @@ class Bus:
 
     def _why_nobody(self) -> str:
         robots = self.roster().look(SERVING)
+        if not robots and self.config.identity is None and (keys_folder() / IDENTITIES).is_dir():
+            return f"no robot is on the open bus at {self.config.endpoint}; a secured one takes --identity"
         if not robots or self.namespace in robots:
             return "is the service running?"
         there = (

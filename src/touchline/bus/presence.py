@@ -48,6 +48,9 @@ class Presence:
     """Processes on the bus, kept up to date by :meth:`poll`.
 
     Rare polling delays nobody: what does not fit is dropped, and the tokens are counted anew.
+
+    Attributes:
+        linked: False while this process has no link to its router, as of the last :meth:`poll`.
     """
 
     def __init__(self, session: zenoh.Session, namespace: str) -> None:
@@ -63,6 +66,7 @@ class Presence:
         self._gone: dict[Token, float] = {}
         self._routers: list[zenoh.ZenohId] = session.info.routers_zid()
         self._unlinked_s = -math.inf
+        self.linked = True
         self._missed = False
         self._count: _Count | None = None
         self._subscriber = session.liveliness().declare_subscriber(
@@ -100,7 +104,11 @@ class Presence:
 
     def _watch_link(self) -> None:
         """Note when this process was last without the router through which it hears of all others, or had another."""
-        if self._routers and (routers := self._session.info.routers_zid()) != self._routers:
+        if not self._routers:
+            return
+        routers = self._session.info.routers_zid()
+        self.linked = bool(routers)
+        if routers != self._routers:
             self._unlinked_s = time.monotonic()
             self._routers = routers or self._routers
 

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from touchline.cli.display import print_figures, print_json, print_line, print_table
 from touchline.cli.groups import with_groups
-from touchline.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, config_of
+from touchline.cli.options import ExitCode, JsonOption, ReportOption, SecureOption, SpeedOption, config_of
 from touchline.cli.team_choice import RobotsCountOption, SeedOption, TeamChoice
 from touchline.cli.team_runs import run_on_bus, simulated
 from touchline.recordings.writing import check_recordable, write_json
@@ -43,6 +43,7 @@ def dispatch(
     seed: SeedOption = None,
     on_bus: Annotated[bool, typer.Option("--bus", help="Over Zenoh, with processes, as fleet run does.")] = False,
     apart: Annotated[bool, typer.Option("--processes", help="With --bus: each robot in its own process.")] = False,
+    secure: SecureOption = False,
     speed: SpeedOption = "max",
     add: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Add the requests of a file to a team on the bus.")
@@ -67,10 +68,12 @@ def dispatch(
         _ask(add, cancel, robot, as_json)
         return
     assert requests is not None, "it is given if nothing else is"
+    if secure and not on_bus:
+        raise SpecError("command line", "--secure", "is given without --bus", "add --bus: a simulation has no bus")
     check_recordable(record)
     chosen = with_requests(choice.chosen(robots, seed), requests)
     if on_bus:
-        figures = run_on_bus(chosen, speed, apart=apart, record=record)
+        figures = run_on_bus(chosen, speed, apart=apart, record=record, secure=secure)
     else:
         figures = simulated(chosen, hashed=False, record=record)
     if as_json:

@@ -11,7 +11,7 @@ from touchline.cli.dispatch_command import register_dispatch
 from touchline.cli.display import print_json, print_line, progress_bar
 from touchline.cli.groups import with_groups
 from touchline.cli.number_list import numbers_of
-from touchline.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, config_of
+from touchline.cli.options import ExitCode, JsonOption, ReportOption, SecureOption, SpeedOption, config_of
 from touchline.cli.output_choice import deliver
 from touchline.cli.sweep_command import collect
 from touchline.cli.sweep_output import SweepOutput
@@ -103,6 +103,7 @@ def run(
     speed: SpeedOption = "max",
     apart: Annotated[bool, typer.Option("--processes", help="Run each robot in its own process.")] = False,
     record: RecordAllOption = None,
+    secure: SecureOption = False,
     *,
     choice: TeamChoice,
     report: ReportOption = None,
@@ -110,10 +111,11 @@ def run(
 ) -> None:
     """Run a team over Zenoh in lockstep: coordinator, emulated robots and, with --record, bridge as processes.
 
-    They use a private bus, unless $TOUCHLINE_ENDPOINT names one, where a console sees them.
+    They use a private bus, unless $TOUCHLINE_ENDPOINT names one, where a console sees them. With --secure each robot
+    runs in its own process.
     """
     check_recordable(record)
-    figures = run_on_bus(choice.chosen(robots, seed), speed, apart=apart, record=record)
+    figures = run_on_bus(choice.chosen(robots, seed), speed, apart=apart, record=record, secure=secure)
     deliver(f"Team of {figures['robots']}", figures, report, as_json)
     if not figures["success"]:
         raise typer.Exit(ExitCode.FAILED)

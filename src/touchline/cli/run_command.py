@@ -71,16 +71,16 @@ def run(
 ) -> None:
     """Start planner, robot and bridge, carry out a template once over Zenoh, stop them, and report."""
     template = drawing.chosen()
-    if secure and (robots > 1 or name is not None):
-        problem = f"is given with {'--robots' if robots > 1 else '--robot'}"
-        raise SpecError("command line", "--secure", problem, "start the system with `touchline up --secure` first")
+    if secure and name is not None:
+        remedy = "leave it out: the robot on the bus is secured if its system is"
+        raise SpecError("command line", "--secure", "is given with --robot", remedy)
     if robots > 1:
         if name is not None:
             raise SpecError("command line", "--robot", "is given with --robots", "give one of them")
         setup = robot.chosen().at(template.origin)
         check_follower(setup.onboard)
         check_team(setup.vehicle)
-        pace = TeamPace(speed_factor(speed), take_over_after, output.plot, output.record)
+        pace = TeamPace(speed_factor(speed), secure, take_over_after, output.plot, output.record)
         figures = run_team(template, setup, planning.options(), robots, pace)
         output.conclude("Run", drawing.template, setup, figures)
         return

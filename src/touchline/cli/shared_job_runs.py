@@ -17,6 +17,7 @@ from touchline.jobs.watcher import JobFailed
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Event, PlanOptions
+from touchline.schemas.roles import Role
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
@@ -85,6 +86,7 @@ class TeamPace:
 
     Attributes:
         speed: Sim seconds per wall second, negative for as fast as possible.
+        secure: Whether the bus is secured.
         take_over_after_s: Wall-clock time after which the others take over a failed robot's remaining work; None: when
             ordered.
         plot: Picture to draw, if any.
@@ -92,6 +94,7 @@ class TeamPace:
     """
 
     speed: float
+    secure: bool = False
     take_over_after_s: float | None = None
     plot: Path | None = None
     record: Path | None = None
@@ -113,24 +116,32 @@ def run_team(template: Template, setup: Setup, options: PlanOptions, robots: int
     Raises:
         PlanningError: The template cannot be shared.
     """
+    from touchline.bus.secured_check import check_secured
     from touchline.jobs.shared.shared_bus_run import SharedBusRun
     from touchline.jobs.shared.shared_run_settings import SharedRunSettings
     from touchline.jobs.shared.team_picture import draw_team
     from touchline.jobs.shared.team_report import bus_figures
     from touchline.jobs.shared.work_evaluation import evaluate_work
     from touchline.supervision.running_system import only_one
+    from touchline.supervision.secured_system import system_identities
     from touchline.supervision.temporary_system import ProcessOptions, local_system
 
     setups = {f"r{number + 1}": setup.with_seed(setup.scenario.seed + number) for number in range(robots)}
-    config = job_bus(list(setups))
+    config = job_bus(list(setups), secure=pace.secure)
+    identities = system_identities(list(setups)) if pace.secure else {}
+    operator = identities[Role.OPERATOR].name if pace.secure else ""
     with progress_bar("Touchline") as advance:
         job = _shared(template, options, setup.vehicle, robots, advance)
         recordings = pace.record.parent if pace.record else None  # no planner: plans are made here
-        processes = ProcessOptions(apart=True, without=(topics.PLANNER,), recordings=recordings)
+        processes = ProcessOptions(apart=True, without=(topics.PLANNER,), recordings=recordings, identities=identities)
         with only_one(config), local_system(setups, config, processes) as system:
             advance(0.0, "Starting the services")
             system.wait_until_ready(say)
-            settings = SharedRunSettings(pace.speed, pace.take_over_after_s, pace.record, config.endpoint)
+            if pace.secure:
+                check_secured(system.bus.config.of(*setups), identities[Role.OBSERVER])
+            settings = SharedRunSettings(
+                pace.speed, pace.take_over_after_s, pace.record, config.endpoint, identity=operator
+            )
             run = SharedBusRun(system.buses, job, settings, Terminal(advance, partial(watch_team, system)))
             try:
                 run.run()

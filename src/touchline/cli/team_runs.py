@@ -11,6 +11,7 @@ from touchline.cli.job_bus import job_bus
 from touchline.cli.job_terminal import Terminal, watch_system
 from touchline.cli.options import speed_factor
 from touchline.schemas import topics
+from touchline.schemas.roles import Role
 from touchline.schemas.task_requests import DispatchTask
 from touchline.schemas.team import TeamScenario
 from touchline.schemas.topics import TEAM_NAMESPACE
@@ -33,16 +34,18 @@ def simulated(chosen: TeamScenario, *, hashed: bool, record: Path | None) -> dic
         return team_figures(run, watch.elapsed_s) | recorder.as_figure()
 
 
-def run_on_bus(chosen: TeamScenario, speed: str, *, apart: bool, record: Path | None) -> dict[str, Any]:
+def run_on_bus(chosen: TeamScenario, speed: str, *, apart: bool, record: Path | None, secure: bool) -> dict[str, Any]:
     """Run a team over Zenoh in lockstep; return its figures.
 
     Raises:
         SpecError: The team, or a place of its task, cannot be used.
     """
+    from touchline.bus.secured_check import check_secured
     from touchline.coordination.dispatch.dispatched_task import DispatchedTask
     from touchline.coordination.start_poses import free_area, start_poses
     from touchline.jobs.team.team_on_bus import TeamOnBus
     from touchline.supervision.running_system import only_one
+    from touchline.supervision.secured_system import system_identities
     from touchline.supervision.temporary_system import ProcessOptions, local_system
 
     area = free_area(chosen)
@@ -50,7 +53,8 @@ def run_on_bus(chosen: TeamScenario, speed: str, *, apart: bool, record: Path | 
     if isinstance(chosen.task, DispatchTask):  # refuses now what the coordinator would
         DispatchedTask(chosen.task, chosen, area, {name: (at.x_m, at.y_m) for name, at in places.items()})
     setups = {name: chosen.setup(name, places[name]) for name in chosen.names}
-    config = job_bus(list(setups))
+    config = job_bus(list(setups), secure=secure)
+    identities = system_identities(list(setups)) if secure else {}
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder, progress_bar("Team") as advance:
         file = Path(folder) / "team.json"
         file.write_text(chosen.model_dump_json(), encoding="utf-8")
@@ -59,10 +63,13 @@ def run_on_bus(chosen: TeamScenario, speed: str, *, apart: bool, record: Path | 
             without=(topics.PLANNER,) if record else (topics.PLANNER, topics.BRIDGE),
             recordings=record.parent if record else None,
             coordinator=["--team", str(file), "--lockstep"],
+            identities=identities,
         )
         with only_one(config), local_system(setups, config, options) as system:
             advance(0.0, "Starting")
             system.wait_until_ready(say)
+            if secure:
+                check_secured(system.bus.config.of(*setups), identities[Role.OBSERVER])
             buses = {bus.namespace: bus for bus in system.buses}
             watcher = Terminal(advance, partial(watch_system, system))
             return TeamOnBus(buses, chosen, watcher, speed_factor(speed), record).run()

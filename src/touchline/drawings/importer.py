@@ -65,7 +65,7 @@ class ImportOptions:
     detail_m: float | None = None
     """Smallest feature that is kept; None: the width of a line; 0: all that a template may hold."""
     areas: bool = False
-    """Whether closed shapes become areas, not lines."""
+    """True if closed shapes become areas, not lines."""
     layers: tuple[str, ...] = ()
     """Layers to read; empty: all but the boundary's."""
     boundary: str = ""

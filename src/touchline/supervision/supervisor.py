@@ -30,6 +30,8 @@ _FIRST_BACKOFF_S = 0.1
 _LONGEST_BACKOFF_S = 5.0
 #: Run time after which a process has recovered.
 _HEALTHY_S = 10.0
+#: Time in which all others are linked to a router that has begun.
+_LINKED_S = 2.0
 #: Time without liveliness token after which a process, though its loop turns, can be reached by nobody.
 _UNREACHABLE_S = 5.0
 #: Longest time to the first beat: a first start compiles the kernels, for minutes on a small computer.
@@ -142,6 +144,11 @@ class Supervisor:
             if not child.carries_all:
                 self._spawn(child)
 
+    @property
+    def heard(self) -> bool:
+        """True if the others hear what is published now."""
+        return self._carried_for(_LINKED_S, time.monotonic())
+
     def poll(self, presences: Mapping[str, Presence] | None = None) -> list[Notice]:
         """Restart what died or hangs; return the events.
 
@@ -150,7 +157,7 @@ class Supervisor:
         """
         notices: list[Notice] = []
         now = time.monotonic()
-        if not self._messages_carried(now):
+        if not self._carried_for(_UNREACHABLE_S, now):
             presences = None
             for child in self.children:
                 child.missing_since = None
@@ -167,14 +174,17 @@ class Supervisor:
                 notices += self._minded(child, child.process, presences, now)
         return notices
 
-    def _messages_carried(self, now: float) -> bool:
-        """Return whether the others can be heard: a router that was frozen or away says nothing of them for a while."""
+    def _carried_for(self, seconds: float, now: float) -> bool:
+        """Return whether the others have been heard for so long: a router that was frozen or away says nothing of them.
+
+        Always true without a router.
+        """
         carriers = [child for child in self.children if child.carries_all]
         if not all(each.process is not None and not each.hangs for each in carriers) or not self.carries:
             self._carried_s = None
         elif self._carried_s is None:
             self._carried_s = now
-        return not carriers or (self._carried_s is not None and now - self._carried_s > _UNREACHABLE_S)
+        return not carriers or (self._carried_s is not None and now - self._carried_s > seconds)
 
     def pid(self, node: str, robot: str = "") -> int | None:
         """Return the process id of ``node``, or of that robot's, if it runs."""

@@ -4,6 +4,7 @@ import os
 import tempfile
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -31,6 +32,8 @@ _WATCH_PERIOD_S = 0.02
 _ROBOT_PATIENCE_S = 3.0
 #: Services that hang with a plan or a recording get more time to recover; the robot goes on meanwhile.
 _PATIENCE_S = 10.0
+#: Most events that wait for a router.
+_MOST_UNPUBLISHED = 1000
 
 
 @dataclass
@@ -273,13 +276,16 @@ def severity_of(notice: Notice) -> int:
 
 
 def publish_notices(system: LocalSystem, until: Callable[[], bool], tell: Callable[[Notice], None]) -> None:
-    """Watch the services until ``until()``, and report events to ``tell`` and on the bus."""
+    """Watch the services until ``until()``, and report events to ``tell`` and on the bus, once a router is there."""
     publishers = {bus.namespace: bus.publisher(topics.SUPERVISOR_EVENTS) for bus in system.buses}
+    unpublished: deque[tuple[str, Event]] = deque(maxlen=_MOST_UNPUBLISHED)
     while not until():
         for notice in system.poll():
             tell(notice)
-            for namespace in notice.robots or publishers:
-                publishers[namespace].send(_event(notice))
+            unpublished.extend((namespace, _event(notice)) for namespace in notice.robots or publishers)
+        while unpublished and system.supervisor.heard:
+            namespace, event = unpublished.popleft()
+            publishers[namespace].send(event)
         time.sleep(_WATCH_PERIOD_S)
 
 

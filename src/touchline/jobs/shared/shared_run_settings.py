@@ -16,6 +16,7 @@ class SharedRunSettings:
         endpoint: Endpoint of the bus, shown to operators.
         ordered_within_s: Wall-clock time after the last motion within which an order has to arrive once a robot has
             failed.
+        identity: Name of the operator's identity on a secured bus, shown to operators.
     """
 
     speed: float
@@ -23,3 +24,9 @@ class SharedRunSettings:
     record: Path | None = None
     endpoint: str = ""
     ordered_within_s: float = 120.0
+    identity: str = ""
+
+    def order(self, name: str, robot: str) -> str:
+        """Return the command by which an operator gives an order to a robot."""
+        identity = f" --identity {self.identity}" if self.identity else ""
+        return f"TOUCHLINE_ENDPOINT={self.endpoint} touchline order {name} --robot {robot}{identity}"

@@ -19,8 +19,7 @@ def out_of_service(robot: SharedRobot, settings: SharedRunSettings) -> str:
     x, y, _ = robot.place.pose
     by_then = f"no later than {settings.ordered_within_s:g} s after the others stand"
     if settings.take_over_after_s is None:
-        order = f"TOUCHLINE_ENDPOINT={settings.endpoint} touchline order take-over --robot {robot.name}"
-        remedy = f"have the others do the rest by {order}, {by_then}"
+        remedy = f"have the others do the rest by {settings.order('take-over', robot.name)}, {by_then}"
     else:
         remedy = f"the others take over in {settings.take_over_after_s:g} s"
     return f"{robot.name} is out of service at x {x:.1f} m, y {y:.1f} m: {robot.out}; {remedy}"
@@ -35,7 +34,7 @@ def in_the_way(robots: Sequence[SharedRobot], remaining: RemainingWork, settings
         settings: Settings of the job.
     """
     names = " and ".join(robot.name for robot in robots)
-    order = f"TOUCHLINE_ENDPOINT={settings.endpoint} touchline order remove --robot {robots[0].name}"
+    order = settings.order("remove", robots[0].name)
     return (
         f"all is done but {remaining}, beside {names}: carry it away, confirm that by {order}, "
         f"and order take-over likewise; the job ends in {settings.ordered_within_s:g} s without"
