@@ -128,7 +128,7 @@ CAUSES: Final[dict[str, Callable[[Emulator], None] | None]] = {
     "valve stuck closed": _faulty("valve-stuck", position="closed"),
     "process killed": None,
 }
-"""How the robot is interrupted; None: another process goes on from its checkpoint."""
+"""Interruption of the robot; None: another process goes on from its checkpoint."""
 
 
 def places(seed: int) -> list[float]:

@@ -38,11 +38,11 @@ from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.security.identity import Identity
 
 SPEED_VARIABLE: Final = "TOUCHLINE_STRANGER_SPEED"
-"""What a flood of `simulation/set_speed` asks for."""
+"""Speed that a flood of `simulation/set_speed` asks for."""
 KEEP_VARIABLE: Final = "TOUCHLINE_STRANGER_FILES"
 """Folder of payloads that take long to make."""
 IMPOSTOR: Final = "FAKE"
-"""How every answer in another's name begins."""
+"""Beginning of every answer in another's name."""
 _ENDPOINT: Final = os.environ.get(ENDPOINT_VARIABLE, DEFAULT_ENDPOINT)
 _NAMESPACE: Final = os.environ.get(NAMESPACE_VARIABLE, topics.DEFAULT_NAMESPACE)
 _PLACEHOLDER: Final = b"0123456789abcdef0123456789abcdef"

@@ -37,7 +37,7 @@ FIELD: Final = Template.model_validate(
 )
 STAYS, WAITED_FOR, COME_BACK = "stays", "goes while waited for", "goes later"
 LEAVES_S: Final = {WAITED_FOR: (8.0, 12.0), COME_BACK: (22.0, 32.0)}
-"""When the person goes: while the robot stands there, or after it has gone round."""
+"""Times at which the person goes: while the robot stands there, or after it has gone round."""
 AWAY_M: Final = -12.0
 SMALL = Small(
     {"runs": 1},

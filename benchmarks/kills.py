@@ -28,7 +28,7 @@ _SPEED: Final = 20.0
 _STUCK_S: Final = 30.0
 """Of wall clock without progress and without a reason, after which a job counts as stuck."""
 _KEPT_S: Final = 0.6
-"""What a recording may lack before its recorder was killed: its half second, and the time to look."""
+"""Time that a recording may lack before its recorder was killed: its half second, and the time to look."""
 _RESTART_S: Final = 60.0
 _GOES_ON_S: Final = 10.0
 """Within which a bridge that is started again goes on with its recording in the next part."""

@@ -31,7 +31,7 @@ class Watch:
         self.look(TICK, **{**well, "heading_sigma_rad": 0.001, "imu_tick": TICK, "encoder_tick": TICK, **wrong})
 
     def look(self, tick: int, **changes: Any) -> None:
-        """Let a tick be judged after these changes."""
+        """Let a tick be evaluated after these changes."""
         c = self.computer
         c.times.tick = tick
         P = c.filter.covariances[tick % m.RING]

@@ -27,7 +27,7 @@ LONG_PLAN = along_x(0, 5, sprayed=[0], speed_mps=0.5)
 
 
 AWAKE = (topics.SPRAYER, topics.BATTERY, topics.GNSS_STATUS, topics.ODOMETRY)
-"""What a standing robot says of itself when its process begins and before a job: it belongs to no session."""
+"""Messages of a standing robot when its process begins and before a job, which belong to no session."""
 
 
 class AtOnce:

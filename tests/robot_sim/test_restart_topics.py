@@ -18,7 +18,7 @@ PLAN = along_x(0, 20, 20.6, 21.1, sprayed=[0, 1, 0], speed_mps=0.8)
 """So long that a robot whose orders are answered late, while sim time passes, is far from its line all the same."""
 TEMPLATE = Template(name="far", segments=[{"id": "line", "line": {"start": (20.0, -0.41124), "end": (20.6, -0.41124)}}])
 ONCE = {topics.ORDERS.name}
-"""What is sent when something happens, which need not happen again."""
+"""Topics of events, which need not happen again."""
 
 
 class Heard:

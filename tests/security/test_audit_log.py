@@ -159,6 +159,7 @@ def test_two_processes_of_the_same_name_have_a_log_each(tmp_path: Path) -> None:
     with log(tmp_path) as one, log(tmp_path) as other:
         for opened in (one, other):
             opened.note("operator.anna", "traversal/pause", OrderAnswer.ACCEPTED)
+        wait_for(lambda: sum(each.entries for each in verify_audit_logs(tmp_path)) == 2)  # one could follow the other
     assert len(verify_audit_logs(tmp_path)) == 2 and not problems(tmp_path)
 
 

@@ -71,7 +71,7 @@ class Console:
         self.heard.clear()
 
     def is_told(self, text: str) -> bool:
-        """Whether `up` prints it."""
+        """Return whether `up` prints it."""
         return eventually(lambda: text in self._log.read_text())
 
 

@@ -57,7 +57,7 @@ JOINT_M2 = 0.01 * TEMPLATE.line_width_m
 QUICKLY, SLOWLY = 20.0, 2.0
 """Sim time per wall time, and while somebody is to be killed amid a line."""
 STALLED_S = 0.5
-"""How long a team may stand, once it is paused: at work it may be held up for as long by a busy machine."""
+"""Time that a team may stand, once it is paused: at work it may be held up for as long by a busy machine."""
 
 
 class Silent:

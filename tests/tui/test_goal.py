@@ -28,7 +28,7 @@ from touchline.tui.signal_bar import SignalBar
 from touchline.tui.viewport import round_step_m
 
 TAKEN = (received(topics.TEMPLATE, m.String()), received(topics.PLAN, scenes.drive_response().trajectory))
-"""What the robot tells of a drive that it has taken."""
+"""Messages of the robot about a drive that it has taken."""
 
 
 def driving(state: int, arc_length_m: float, **fields: float) -> m.TraversalStatus:

@@ -55,7 +55,7 @@ def no_level(app: ConsoleApp, link: FakeLink, template: Template) -> None:
 
 
 def another_console(app: ConsoleApp, link: FakeLink, _template: Template) -> None:
-    """Its plan is judged by its lines."""
+    """Its plan is evaluated by its lines."""
     link.incoming.append(received(topics.SPRAYER, m.SprayerState(tank_l=2.0)))
     app.tick()
     assert "5.5 L, tank 2.0 L" in plain(app, StatusPanel)
