@@ -8,6 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.command import app
+from touchline.checking.calibrating import constants_fit
 from touchline.checking.calibrating import robot_constants as c
 from touchline.checking.calibrating.constants_fit import fit_constants
 from touchline.checking.calibrating.drive_calibration import calibrate
@@ -58,6 +59,30 @@ def test_it_finds_what_the_files_are_wrong_by(inputs, wrong):
     for constant, change, variance in zip(constants, fit.changes, np.diag(fit.covariance), strict=True):
         sigma = max(np.sqrt(variance), constant.floor)
         assert abs(change + wrong.get(constant, 0.0)) < 2.0 * sigma, constant.name
+
+
+class Jump:
+    """Runs of an estimator whose innovations jump at no change, where a fix passes from one tick to the next."""
+
+    AHEAD = 0.1
+
+    def __init__(self, inputs, setup, constants):
+        self.slopes = np.ones((400, 2, 1))
+
+    def innovations(self, changes, trust):
+        sigma = (self.slopes**2).sum() ** -0.5
+        best = self.AHEAD * sigma if changes[0] <= 0.0 else -self.AHEAD * sigma
+        return self.slopes[:, :, 0] * (changes[0] / c.STAMP_OFFSET.start_sigma - best), self.slopes
+
+    def run(self, changes, trust):
+        return None
+
+
+def test_a_search_that_turns_back_at_a_jump_of_the_innovations_ends(inputs, monkeypatch):
+    monkeypatch.setattr(constants_fit, "_Runs", Jump)
+    fit = fit_constants(inputs, inputs.setup, (c.STAMP_OFFSET,))
+    assert fit.converged
+    assert abs(fit.changes[0]) < 2.0 * Jump.AHEAD * np.sqrt(fit.covariance[0, 0])
 
 
 def test_what_a_drive_does_not_tell_has_no_number():
