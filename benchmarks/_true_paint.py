@@ -50,12 +50,18 @@ def told_cells(line_id: str, curve: Curve, gaps: Iterable[dict[str, Any]]) -> Bo
     return told
 
 
-def painted_cells(curve: Curve, strokes: Iterable[PaintMarks]) -> Bools:
-    """Return which cells (n,) of a line's raster are painted."""
+def painted_cells(curve: Curve, strokes: Iterable[PaintMarks], along: float = ALONG) -> Bools:
+    """Return which cells (n,) of a line's raster are painted.
+
+    Args:
+        curve: The line.
+        strokes: True paint.
+        along: Share of a stroke's length that it has along the line, at least; 0: paint across it counts, too.
+    """
     row = np.array((curve.x_m, curve.y_m, curve.heading_rad, curve.curvature_1pm, curve.length_m))
     painted = np.zeros(_cells(curve), dtype=bool)
     for stroke in strokes:
-        painted |= _painted(row, len(painted), stroke)
+        painted |= _painted(row, len(painted), stroke, along)
     return painted
 
 
@@ -63,15 +69,15 @@ def _cells(curve: Curve) -> int:
     return len(np.arange(0.0, curve.length_m, RASTER_M))
 
 
-def _painted(row: Floats, cells: int, stroke: PaintMarks) -> Bools:
-    """Return which cells (n,) of a line's raster a stroke has painted that runs along it, and not only across."""
+def _painted(row: Floats, cells: int, stroke: PaintMarks, along: float) -> Bools:
+    """Return which cells (n,) of a line's raster a stroke has painted where it runs along it for this share."""
     found = np.zeros(cells, dtype=bool)
     heading = unit(float(row[2]))
     ends = np.column_stack((stroke.x_m, stroke.y_m)) @ (1.0, 1.0j)
     for a, b in pairwise(ends.tolist()):
         from_m, to_m = (abreast(point, row, heading) for point in (a, b))
         low_m, high_m = sorted((from_m, to_m))
-        if high_m - low_m < ALONG * abs(b - a):
+        if high_m - low_m < along * abs(b - a):
             continue
         middle = _place(row, 0.5 * (low_m + high_m))
         if abs(0.5 * (a + b) - middle) < PAINTED_M:

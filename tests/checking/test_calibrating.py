@@ -8,6 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.command import app
+from touchline.checking.calibrating import constants_fit
 from touchline.checking.calibrating import robot_constants as c
 from touchline.checking.calibrating.constants_fit import fit_constants
 from touchline.checking.calibrating.drive_calibration import calibrate
@@ -17,10 +18,15 @@ from touchline.checking.estimating.estimator_inputs import EstimatorInputs
 from touchline.checking.estimating.estimator_run import rerun
 from touchline.checking.estimating.reference_frame import FrameFit
 from touchline.checking.estimating.revisits import Revisits
+from touchline.jobs.single.simulation import Job, Products, simulate
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import SpecError
+from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import parse
+from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.truth import Truth
 
 SQUARE = Path(__file__).parents[1] / "sessions" / "0.2.0" / "square.mcap"
 WRONG = {c.GYRO_SCALE: 0.005, c.ANTENNA_X: 0.01, c.ANTENNA_Y: -0.01, c.STAMP_OFFSET: 0.03}
@@ -60,6 +66,30 @@ def test_it_finds_what_the_files_are_wrong_by(inputs, wrong):
         assert abs(change + wrong.get(constant, 0.0)) < 2.0 * sigma, constant.name
 
 
+class Jump:
+    """Runs of an estimator whose innovations jump at no change, where a fix passes from one tick to the next."""
+
+    AHEAD = 0.1
+
+    def __init__(self, inputs, setup, constants):
+        self.slopes = np.ones((400, 2, 1))
+
+    def innovations(self, changes, trust):
+        sigma = (self.slopes**2).sum() ** -0.5
+        best = self.AHEAD * sigma if changes[0] <= 0.0 else -self.AHEAD * sigma
+        return self.slopes[:, :, 0] * (changes[0] / c.STAMP_OFFSET.start_sigma - best), self.slopes
+
+    def run(self, changes, trust):
+        return None
+
+
+def test_a_search_that_turns_back_at_a_jump_of_the_innovations_ends(inputs, monkeypatch):
+    monkeypatch.setattr(constants_fit, "_Runs", Jump)
+    fit = fit_constants(inputs, inputs.setup, (c.STAMP_OFFSET,))
+    assert fit.converged
+    assert abs(fit.changes[0]) < 2.0 * Jump.AHEAD * np.sqrt(fit.covariance[0, 0])
+
+
 def test_what_a_drive_does_not_tell_has_no_number():
     found = calibrate(SQUARE, None)
     by_name = {each["name"]: each for each in found.as_json()["constants"]}
@@ -97,6 +127,18 @@ def test_the_command_writes_files_that_can_be_given_again(tmp_path):
 def test_a_noise_larger_than_the_files_say_is_named(inputs, sigma_m, tau_s, named):
     frames = disturbed(inputs, drawn(len(inputs.frames.fixes), sigma_m, tau_s))
     assert best_noise(inputs, inputs.setup, frames).name == named
+
+
+def test_a_robot_that_does_not_go_where_it_heads_wanders_sideways(tmp_path):
+    lines = [LineSpec(start=(0.0, y), end=(25.0, y)) for y in (0.0, 3.0, 6.0)]
+    segments = tuple(TemplateSegment(id=f"l{i}", line=line) for i, line in enumerate(lines))
+    job = Job.prepare(Template(name="lines", segments=segments), PlanOptions())
+    path = tmp_path / "job.mcap"
+    simulate(job, Scenario(seed=1, truth=Truth(wander_rad=0.024)), products=Products(record=path))
+    inputs = EstimatorInputs(path, None)
+    found = best_noise(inputs, inputs.setup, inputs.frames)
+    assert found.name == "the robot wanders sideways"
+    assert found.told
 
 
 def test_an_estimate_that_claims_too_much_is_told_and_claims_more(inputs):

@@ -93,3 +93,14 @@ def test_a_lasting_jump_waits_for_the_operator() -> None:
     assert any(event.code == "position-accepted" for event in run.onboard.take_events())
     run.ticks(10)
     assert abs(run.onboard.estimate.north_m - run.rig.y - 0.3) < 0.03
+
+
+@pytest.mark.parametrize("ahead_m", [-0.2, 0.2])
+def test_a_move_of_the_position_leaves_no_gap_where_paint_stopped(ahead_m: float) -> None:
+    run = at(7.0)
+    run.rig.fix_offset_m = (ahead_m, 0.0)
+    run.until(PAUSED, limit=200)
+    run.ticks(400)
+    run.onboard.resume()
+    run.until(DONE)
+    assert joint(run) == pytest.approx(-max(ahead_m, 0.0), abs=0.03), "what may be painted already is painted again"

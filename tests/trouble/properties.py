@@ -217,13 +217,13 @@ class RefusesWithReason(Property):
 
 
 class TrueReport(Property):
-    """The reported share of the lines is that of a raster of the true paint."""
+    """The reported share of the lines is that of a raster of the true paint, that of crossing lines included."""
 
     def end(self, driven: Driven) -> None:
         if driven.report.lateral_error_max_m > 0.04 or "nozzle-clogged" in self.kinds:
             return  # the raster takes paint at 5 cm, the report by the line's width
         lines = [segment.curve() for segment in driven.case.template.segments]
-        painted_m = RASTER_M * sum(float(painted_cells(line, driven.strokes).sum()) for line in lines)
+        painted_m = RASTER_M * sum(float(painted_cells(line, driven.strokes, along=0.0).sum()) for line in lines)
         reported_m = 0.01 * driven.report.coverage_pct * math.fsum(line.length_m for line in lines)
         off_m = abs(painted_m - reported_m)
         self.hold(off_m <= 0.04 * len(lines) + 0.01, f"{reported_m:.2f} m reported, {painted_m:.2f} m painted")

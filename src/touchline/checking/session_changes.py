@@ -7,6 +7,11 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
+            "A robot whose position is moved back, because the receiver has jumped or its estimate had run ahead "
+            "of it, begins to paint further back by as much. It left a gap where the line had stopped: 0.37 m in "
+            "one case."
+        ),
+        (
             "The painted share that a robot believes and reports (`coverage_pct` of its status) counted segments "
             "by the robot's path instead of the lines that the nozzle draws: 64 % instead of 54 % in a job of "
             "three narrow bends."

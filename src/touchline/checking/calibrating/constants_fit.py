@@ -75,14 +75,19 @@ def fit_constants(
     """
     runs = _Runs(inputs, setup, constants)
     start = np.array([constant.start_sigma for constant in constants])
-    found, done = np.zeros(len(constants)), 0
+    found, last = np.zeros(len(constants)), np.zeros(len(constants))
+    done, share = 0, 1.0
     while True:
         trust = _TRUST[done] if done < len(_TRUST) else 1.0
         white, slopes = runs.innovations(found * start, trust)
         target, covariance = _solved(white, slopes)
         # The prior is about no change at all, so the step has to give back a part of what has been found.
         step = target - covariance @ found
-        found = found + step
+        # Innovations jump where a stamp offset moves fixes to another tick: a step may turn back there for ever.
+        if done > len(_TRUST) and step @ np.linalg.solve(covariance, last) < 0.0:
+            share *= 0.5
+        step *= share
+        found, last = found + step, step
         done += 1
         converged = done > len(_TRUST) and bool((np.abs(step) < _CONVERGED * np.sqrt(np.diag(covariance))).all())
         progress(done / _MOST_ROUNDS)

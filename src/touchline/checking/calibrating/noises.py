@@ -71,15 +71,19 @@ class NoiseFit(NamedTuple):
 
 
 def noises_of(config: OnboardConfig) -> tuple[Noise, ...]:
-    """Return the noises that are tried, in sizes relative to those of a robot's files, and larger."""
+    """Return the noises that are tried, in sizes relative to those of a robot's files, and larger.
+
+    A robot wanders by a walk, or by an angle between where it heads and where it goes that changes within a metre. The
+    filter has no such angle: to its fixes a gyro that is noisier looks the same.
+    """
     white_m, slip, told_walk = config.gnss.white_m, config.drive.slip_relative, config.drive.side_slip_m_rtm
+    walks = tuple({"drive": {"side_slip_m_rtm": told_walk + walk}} for walk in (0.0015, 0.003, 0.006, 0.012, 0.03))
+    told_turn = config.imu.gyro_density_radps_rthz
+    turns = tuple({"imu": {"gyro_density_radps_rthz": told_turn + turn}} for turn in (0.003, 0.006, 0.012))
     return (
         Noise("fixes scatter", tuple({"gnss": {"white_m": white_m * by}} for by in (1.6, 2.5, 4.0, 8.0))),
         Noise(FIXES_WANDER, tuple(_slow(config, by, tau_s) for by in (2.0, 4.0, 8.0) for tau_s in (2.0, 6.0, 20.0))),
-        Noise(
-            ROBOT_WANDERS,
-            tuple({"drive": {"side_slip_m_rtm": told_walk + walk}} for walk in (0.0015, 0.003, 0.006, 0.012, 0.03)),
-        ),
+        Noise(ROBOT_WANDERS, walks + turns),
         Noise("wheels slip", tuple({"drive": {"slip_relative": slip * by}} for by in (2.0, 4.0, 8.0))),
     )
 

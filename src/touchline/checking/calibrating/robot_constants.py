@@ -26,7 +26,8 @@ class Constant(NamedTuple):
         start_sigma: Standard deviation of what the files say, before a drive.
         floor: Smallest standard deviation that is claimed: slip that the filter does not model looks like this much.
         most: Largest change that is believed.
-        step: Difference for derivatives: small enough to be linear, large enough for the arithmetic.
+        step: Difference for derivatives: small enough to be linear, large enough for the arithmetic and for the jump
+            of innovations where a fix passes from one tick to the next.
         needs: Facts of the motion without which it cannot be told, by their names in `drive_motion.DriveMotion`.
     """
 
@@ -85,7 +86,7 @@ STAMP_OFFSET: Final = Constant(
     start_sigma=0.02,
     floor=FLOORS[3],
     most=0.2,
-    step=1e-4,
+    step=2e-3,
     needs=("changes_speed",),
 )
 TRACK: Final = Constant(

@@ -64,10 +64,12 @@ class AcceptedJump(NamedTuple):
     Attributes:
         moved_m: Distance.
         seen_m: Largest distance that the receiver moved beyond odometry from one fix to the next.
+        ahead_m: Part of the move that is ahead of the robot.
     """
 
     moved_m: float
     seen_m: float
+    ahead_m: float
 
     @property
     def of_receiver(self) -> bool:
@@ -344,13 +346,16 @@ class Estimator:
         fix, counters = self.last_fix, self.counters
         assert fix is not None, "there is no jump without a fix"
         moved_m = math.hypot(counters.innovation_east_m, counters.innovation_north_m)
-        jump = AcceptedJump(moved_m, counters.outlying_step_m)
+        before = self.state[_PLACE].copy()
         self.covariance[m.HEADING, m.HEADING] += _ACCEPTED_HEADING_VAR
         if not math.isnan(fix.heading_rad):
             self._face(self.state, self.covariance, fix.heading_rad, fix.heading_variance_rad2)
         driven = self._driven_since(fix)
         self._place(self.state, self.covariance, fix, _ALONE * self.ring.figures.r_gnss)
         self.state[_PLACE] += driven
+        heading_rad = self.state[m.HEADING]
+        ahead_m = float((self.state[_PLACE] - before) @ (math.cos(heading_rad), math.sin(heading_rad)))
+        jump = AcceptedJump(moved_m, counters.outlying_step_m, ahead_m)
         self.ring.fixes.reset()
         # Nothing from before this tick is run again.
         self.times.first_tick = self.times.tick

@@ -288,6 +288,9 @@ class GuidedDrive:
     def owe_dry(self, dry_s: float) -> None:
         """Do nothing: a guided robot does not spray."""
 
+    def owe_moved(self, ahead_m: float) -> None:
+        """Do nothing: a guided robot does not spray."""
+
     def locate(self) -> float:
         """Return 0: there is no path."""
         return 0.0

@@ -258,6 +258,10 @@ class Mission:
         if self._phase is MissionPhase.ALONG:
             self.sprayer.dry(self._nozzle_m(TICK_S), self.driver.speed_mps, dry_s)
 
+    def owe_moved(self, ahead_m: float) -> None:
+        """Owe paint from further back if the position has been moved back: it ended before where it seemed to."""
+        self.sprayer.owe_moved(ahead_m)
+
     def _nozzle_m(self, in_s: float = 0.0) -> float:
         """Return the arc length of the nozzle after a time, as `path_tracker.nozzle_m`."""
         return float(nozzle_m(self._computer.array)) + max(self.driver.speed_mps, 0.0) * in_s

@@ -259,6 +259,20 @@ class Sprayer:
             state.valve, state.falls_to_m = False, fell_m
         self.close(arc_length_m, speed_mps)
 
+    def owe_moved(self, ahead_m: float) -> None:
+        """Owe paint from further back if the estimated position has been moved back.
+
+        The robot cannot tell whether it was wrong when the valve closed, or only since: paint falls twice rather than
+        not at all, so that a move ahead changes nothing.
+
+        Args:
+            ahead_m: Distance by which the position has been moved ahead; negative: back.
+        """
+        state = self.state
+        if not math.isnan(state.owed_from_m):
+            from_m = min(state.falls_from_m, state.owed_from_m)
+            state.owed_from_m = max(state.owed_from_m + min(ahead_m, 0.0), from_m)
+
     def skip(self, arc_length_m: float, speed_mps: float) -> None:
         """Arrive here with the valve closed; paint planned between the last place and here becomes owed.
 

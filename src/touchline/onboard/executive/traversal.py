@@ -238,7 +238,9 @@ class Traversal:
         self._go_on(job, "resumed")
 
     def report_accepted(self, jump: AcceptedJump) -> None:
-        """Report that the position was moved to that of the receiver or camera."""
+        """Report that the position was moved to that of the receiver or camera, and paint what that leaves open."""
+        if self.job is not None:
+            self.job.owe_moved(jump.ahead_m)
         text = f"the position was moved by {jump.moved_m:.2f} m to the {self._watch.source}'s"
         if jump.of_receiver:
             self._log.report(WARN, "position-accepted", text)

@@ -124,6 +124,10 @@ class TraversalJob(Protocol):
         """Close the valve, and owe the stretch that was sprayed dry in the last `dry_s` seconds."""
         ...
 
+    def owe_moved(self, ahead_m: float) -> None:
+        """Owe paint from further back if the position has been moved back."""
+        ...
+
     def locate(self) -> float:
         """Find the standing robot's place anew; return its distance beside the path [m]."""
         ...
