@@ -7,6 +7,13 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
+            "Obstacles that a goal's known ground has stand for protection and for plans, as those of a template "
+            "do: they were taken for things that may move, and in mode `passive` a robot beside one stood for "
+            "good. `PlanCause` has `known`. A robot so near to something else that may move that it may not move "
+            "at all says so, with the distance that it needs and what to do; its drive to a goal ends with that "
+            "reason instead of a proof that no way exists."
+        ),
+        (
             "The painted share that a robot believes and reports (`coverage_pct` of its status) counted segments "
             "by the robot's path instead of the lines that the nozzle draws: 64 % instead of 54 % in a job of "
             "three narrow bends."
