@@ -166,7 +166,8 @@ class GoalPursuit:
     @property
     def _seen_things(self) -> tuple[KeptThings, KeptThings]:
         """What was seen: that stands, as a known outline explains it, and that may move."""
-        return KeptThings(self._seen.standing_m), KeptThings(self._seen.things_m, self._farther_m)
+        standing_m, moving_m = self._seen.places_m
+        return KeptThings(standing_m), KeptThings(moving_m, self._farther_m)
 
     @property
     def _things(self) -> tuple[KeptThings, ...]:
@@ -490,11 +491,15 @@ class GoalPursuit:
 
         Beside what stands, protection lets it go on as near as that: so it leaves a lane that is too narrow otherwise.
         """
-        least_m = self._levels_m[-1]
-        nearest_m = min(
-            max(self._nearest_m(begins, each), least_m if each.farther_m else ALONG_M) for each in self._things
-        )
+        nearest_m = min(self._level_beside_m(begins, each) for each in self._things)
         return tuple(sorted({*self._levels_m, nearest_m}, reverse=True))
+
+    def _level_beside_m(self, begins: WayAhead, things: KeptThings) -> float:
+        """Return the margin, at most, with which a way begins beside things."""
+        nearest_m, least_m = self._nearest_m(begins, things), self._levels_m[-1]
+        if things.farther_m or nearest_m > least_m:
+            return max(nearest_m, least_m)
+        return max(nearest_m - NOISE_M, ALONG_M)
 
     @property
     def _needed_m(self) -> float:
