@@ -374,7 +374,8 @@ class GoalPursuit:
     def _planned(self, leave: _Leave) -> Planning[tuple[WayRequest, PlannedWay] | None]:
         """Plan round what was seen, with as much margin as there is room for; None if there is no such way."""
         best: tuple[WayRequest, PlannedWay] | None = None
-        levels_m = self._levels_from_m(leave.begins)
+        least_m = ALONG_M if leave.running is None else self._levels_m[-1]
+        levels_m = [margin_m for margin_m in self._levels_from_m(leave.begins) if margin_m >= least_m]
         if self._shut_in and not (yield from self._is_way(leave, levels_m[-1])):
             return None
         latest_tick = self._emulator.tick_count + round(HASTE * self.keep_s * TICKS_PER_S)
