@@ -165,7 +165,7 @@ class GoalPursuit:
 
     @property
     def _seen_things(self) -> tuple[KeptThings, KeptThings]:
-        """What was seen: that stands, as a known outline explains it, and that may move."""
+        """Seen things: those that stand, as a known outline explains them, and those that may move."""
         standing_m, moving_m = self._seen.places_m
         return KeptThings(standing_m), KeptThings(moving_m, self._farther_m)
 
