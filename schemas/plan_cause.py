@@ -8,7 +8,7 @@ from typing import Any, Self
 from pydantic import field_validator
 
 from touchline.schemas.ground_piece import GroundPiece
-from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
+from touchline.schemas.known_ground import OPEN_GROUND, KnownGround, KnownObstacle
 from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PlanReport, PoseGoal, WaySearch
 from touchline.schemas.spec import GrownSpec, Spec
 
@@ -33,6 +33,8 @@ class PlanCause(GrownSpec):
     A plan to a goal without a start in the options leaves another drive, at ``leaves``. The known ground of a
     template's plan is what its robot had seen besides the template's own outlines. With ``remaining`` pieces these are
     what is to be covered of the template's areas. A calibration drive has its start in the options.
+    ``known`` are the obstacles that a request without a template named: they stand, and the ground may have what the
+    robot had seen besides.
     """
 
     options: PlanOptions = PlanOptions()
@@ -43,8 +45,9 @@ class PlanCause(GrownSpec):
     search: WaySearch = WaySearch()
     leaves: LeftDrive | None = None
     calibration: bool = False
+    known: tuple[KnownObstacle, ...] = ()
 
-    later_fields = ("ground", "remaining", "search", "leaves", "calibration")
+    later_fields = ("ground", "remaining", "search", "leaves", "calibration", "known")
 
     @classmethod
     def of(cls, options: PlanOptions, report: PlanReport) -> Self:

@@ -7,6 +7,7 @@ session to the bit, whatever the pace.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, Final
 
 from touchline.onboard import Onboard
@@ -29,6 +30,7 @@ from touchline.onboard.interface import (
 from touchline.onboard.trajectory.trajectory import resume_pose
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.faults import BatteryLow, Fault, TankEmpty
+from touchline.schemas.known_ground import Ring
 from touchline.schemas.messages import Event, Guidance, Trajectory, TraversalStatus, WayRound
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plan_cause import PlanCause
@@ -51,6 +53,7 @@ from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.settling import RESTING_MPS, Settling
+from touchline.services.robot_sim.solid_outlines import solid_outlines
 from touchline.services.robot_sim.true_vehicle import true_vehicle
 from touchline.services.robot_sim.work_accounts import WorkAccounts
 from touchline.services.robot_sim.world.world import TruePose, World
@@ -191,7 +194,11 @@ class Emulator:
         """
         wanted, start = lines_and_start(trajectory, template, self.vehicle, cause.left_out if cause is not None else ())
         boundary = template.boundary.corners if template is not None and template.boundary is not None else ()
-        known = [obstacle.corners for obstacle in template.obstacles] if template is not None else ()
+        known: Sequence[Ring] = ()
+        if template is not None:
+            known = [obstacle.corners for obstacle in template.obstacles]
+        elif cause is not None:
+            known = solid_outlines(cause.known)
         course = self.onboard.prepare(trajectory, boundary, known)
         if resume is not None:
             start = resume_pose(trajectory, self.vehicle, resume)

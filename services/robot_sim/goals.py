@@ -152,7 +152,9 @@ class Goals:
             ground = parse(KnownGround, ground_json, "ground_json") if ground_json else OPEN_GROUND
             left = next(iter(plan.leaving), None)
             leaves = None if left is None else LeftDrive.of(left)
-            cause = PlanCause(options=plan.options, goal=request.goal, ground=ground, leaves=leaves)
+            cause = PlanCause(
+                options=plan.options, goal=request.goal, ground=ground, leaves=leaves, known=ground.obstacles
+            )
             asked.cause_json = cause.model_dump_json()
             asked.question = self._bus.ask(topics.PLAN_SERVICE, encode(plan), PLAN_TIMEOUT_S)
             return

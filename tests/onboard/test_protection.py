@@ -185,6 +185,15 @@ def test_it_does_not_creep_into_a_wall_to_which_it_is_too_near():
     assert drive.onboard.state == PAUSED
 
 
+def test_a_robot_beside_what_may_move_tells_how_far_away_it_has_to_be_unless_the_plan_knows_it():
+    drive = Drive(LINE, beside(0.3))
+    drive.until_state(PAUSED)
+    needed = "something that may move is 0.3 m from the robot, which needs 0.5 m: move either, or name it in the plan"
+    assert drive.onboard.status.reason == needed
+    drive = Drive(LINE, beside(0.3), standing=True)
+    drive.until_state(DONE)
+
+
 @pytest.mark.parametrize("rules", [{}, {"mode": "protect"}])
 def test_zones_are_where_a_thing_slows_it_down_or_stops_it(rules):
     drive = Drive(LINE, vehicle=ruled(**rules))

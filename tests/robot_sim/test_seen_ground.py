@@ -9,7 +9,8 @@ import shapely
 from touchline.onboard.perception.scan import NOTHING, THING, Beams
 from touchline.schemas.known_ground import OPEN_GROUND
 from touchline.schemas.vehicles.lidar_spec import LidarSpec
-from touchline.services.robot_sim.goal_way.seen_ground import SeenGround, moved_off, outlines_of
+from touchline.services.robot_sim.goal_way.kept_things import KeptThings, PlannedThings, moved_off
+from touchline.services.robot_sim.goal_way.seen_ground import SeenGround
 from touchline.services.robot_sim.goal_way.way_ahead import WayAhead
 
 LIDAR = LidarSpec(kind="lidar", name="front", beams=360, step_rad=math.pi / 180.0)
@@ -61,12 +62,27 @@ def test_beams_along_what_has_gone_free_it_in_the_end(seen):
     assert len(seen.things_m) < 0.1 * before
 
 
+def outlined(things, clear):
+    """Ground in the outlines of things."""
+    outlines = PlannedThings(things, clear).outlines("seen")
+    return shapely.union_all([shapely.Polygon(each.corners, each.holes) for each in outlines])
+
+
+def test_outlines_are_grown_by_what_is_kept_farther_off_and_still_leave_ground_clear(seen):
+    clear = shapely.Point(0.0, -1.5).buffer(1.0)
+    wall, grown = (outlined(KeptThings(seen.things_m, farther_m), clear) for farther_m in (0.0, 0.4))
+    assert grown.symmetric_difference(wall.buffer(0.4)).area < 0.03 * grown.area
+    cut, grown = (outlined(KeptThings(seen.things_m, farther_m), clear.buffer(0.8)) for farther_m in (0.0, 0.4))
+    assert cut.area < 0.8 * wall.area
+    assert shapely.distance(grown, clear) > 0.35
+
+
 def test_a_wall_close_to_the_robot_is_moved_off_it_and_stays_closed(seen):
     clear = WayAhead.at((0.0, -0.5, math.pi / 2.0)).swept(BODY, 0.3)
-    wall = shapely.union_all([shapely.Polygon(each.corners) for each in outlines_of(seen.things_m, clear)])
+    wall = outlined(KeptThings(seen.things_m), clear)
     assert wall.boundary.distance(shapely.Point(0.0, 0.0)) > 0.3  # a gap as wide as the ground that is clear
     moved_m = moved_off(seen.things_m, clear, 0.31)
-    wall = shapely.union_all([shapely.Polygon(each.corners) for each in outlines_of(moved_m, clear)])
+    wall = outlined(KeptThings(moved_m), clear)
     assert not wall.intersects(clear.buffer(-1e-6))
     left = shapely.box(-1.5, -2.0, 1.5, 2.0).difference(wall.buffer(0.2))  # gaps that no body fits into
     both = (shapely.Point(0.0, -1.9), shapely.Point(0.0, 1.9))

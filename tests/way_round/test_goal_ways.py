@@ -12,6 +12,7 @@ from touchline.jobs.goal import goal_rerouting
 from touchline.jobs.goal.goal_simulation import GoalDrive, drive_to_goal
 from touchline.jobs.single.simulation import Products
 from touchline.schemas.catalogue import load_vehicle
+from touchline.schemas.known_ground import OPEN_GROUND, KnownGround, KnownObstacle
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
@@ -23,13 +24,21 @@ GOAL = PoseGoal(x_m=12.0, y_m=0.0, heading_rad=math.nan)
 PROTECT = {"mode": "protect"}
 
 
-def going(*objects: dict[str, Any], hashed: bool = False, seed: int = 5, **vehicle: Any) -> GoalDrive:
-    """A drive of the marker from the origin to the goal in a world with these objects."""
+def going(
+    *objects: dict[str, Any],
+    hashed: bool = False,
+    seed: int = 5,
+    ground: KnownGround = OPEN_GROUND,
+    goal: PoseGoal = GOAL,
+    **vehicle: Any,
+) -> GoalDrive:
+    """A drive of the marker from the origin to a goal in a world with these objects, over ground that is known."""
     robot = Vehicle.model_validate({"name": "marker", "sensors": [LIDAR], "protection": PROTECT, **vehicle})
     scenario = Scenario.model_validate(
         {"seed": seed, "start": {"x_m": 0.0, "y_m": 0.0, "heading_rad": 0.0}, "objects": objects}
     )
-    return drive_to_goal(Setup(vehicle=robot, scenario=scenario), GOAL, PlanOptions(), Products(hashed=hashed))
+    setup, products = Setup(vehicle=robot, scenario=scenario), Products(hashed=hashed)
+    return drive_to_goal(setup, goal, PlanOptions(), products, ground=ground)
 
 
 def hits(done: GoalDrive) -> int:
@@ -125,4 +134,23 @@ def test_a_robot_that_begins_before_the_end_of_a_wall_goes_round_it(seed: int) -
 def test_a_robot_that_begins_beside_a_wall_or_in_a_corner_gets_away(corners: tuple[tuple[float, float], ...]) -> None:
     done = going(*wall(*corners), seed=1)  # 0.2 m from one wall, 0.3 m from two
     assert not done.problem
+    assert not hits(done)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_robot_leaves_a_wall_beside_it_only_if_the_plan_knows_that_it_stands(known: bool) -> None:
+    beside = KnownObstacle(id="wall", corners=((-6.0, -0.75), (6.0, -0.75), (6.0, -0.65), (-6.0, -0.65)))
+    ground = KnownGround(obstacles=(beside,)) if known else OPEN_GROUND
+    done = going(*wall((-6.0, -0.7), (6.0, -0.7)), seed=1, ground=ground, protection={"mode": "passive"})
+    assert not hits(done)
+    if known:
+        assert not done.problem
+    else:
+        assert "something that may move is 0.1 m from the robot, which needs" in done.problem
+
+
+def test_a_robot_backs_out_of_a_lane_in_which_it_cannot_turn() -> None:
+    behind = PoseGoal(x_m=-8.0, y_m=0.0, heading_rad=math.nan)
+    done = going(*wall((-6.0, -0.7), (6.0, -0.7)), *wall((-6.0, 0.7), (6.0, 0.7)), seed=1, goal=behind)
+    assert not done.problem  # 1.3 m from wall to wall, and its farthest corner is 0.82 m from its axle
     assert not hits(done)

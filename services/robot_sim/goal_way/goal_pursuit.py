@@ -21,7 +21,8 @@ from touchline.schemas.messages import (
     WaySearch,
 )
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
-from touchline.services.robot_sim.goal_way.seen_ground import CELL_M, FADED_S, SeenGround, cell_middles, moved_off
+from touchline.services.robot_sim.goal_way.kept_things import KeptThings, PlannedThings, moved_off, places_on
+from touchline.services.robot_sim.goal_way.seen_ground import CELL_M, FADED_S, SeenGround, cell_middles
 from touchline.services.robot_sim.goal_way.way_ahead import WayAhead
 from touchline.services.robot_sim.goal_way.way_request import ChosenWay, PlannedWay, Planning, SeenPlaces, WayRequest
 from touchline.services.robot_sim.grown_outlines import body_at
@@ -67,6 +68,8 @@ NEARER_M: Final = 0.01
 NEAR_M: Final = 0.15
 """Distance from where it stands, beyond the body's length, within which it may be as near as that: all of the body has
 to go by what is beside its front."""
+ALONG_M: Final = 0.05
+"""Least margin, as near as a robot that stands too near to something may drive on along it."""
 HASTE: Final = 0.3
 """Share of the time for which the present way is kept after which a driving robot takes the first way that it finds."""
 DETOUR: Final = 1.3
@@ -120,6 +123,7 @@ class GoalPursuit:
     def __init__(self, emulator: Emulator, goal: PoseGoal, options: PlanOptions, seen: SeenGround) -> None:
         self._emulator, self._goal, self._options, self._seen = emulator, goal, options, seen
         self._ground = seen.known
+        self._known = KeptThings(places_on(seen.known.obstacles))
         if emulator.onboard.perception is not None:
             emulator.onboard.perception.whole_scans = True  # beams without a return show ground as free
         self._vehicle = emulator.vehicle
@@ -152,12 +156,27 @@ class GoalPursuit:
         self.driven_s = now_s - self._began_s
         self._present = trajectory
         self._way = WayAhead.of(trajectory)
-        self._clear_m = self._way.clearance_m(self._body, self._seen.things_m, self._levels_m[0])
+        self._clear_m = self._clearance_m(self._way, self._levels_m[0])
 
     @property
     def _kept_m(self) -> float:
         """Distance from things at which the present way is left for another."""
-        return max(min(self._needed_m, self._clear_m - NOISE_M), 0.0)
+        return max(min(self._needed_m, self._clear_m - NOISE_M), -self._farther_m)
+
+    @property
+    def _seen_things(self) -> tuple[KeptThings, KeptThings]:
+        """Seen things: those that stand, as a known outline explains them, and those that may move."""
+        standing_m, moving_m = self._seen.places_m
+        return KeptThings(standing_m), KeptThings(moving_m, self._farther_m)
+
+    @property
+    def _things(self) -> tuple[KeptThings, ...]:
+        """All things, by kinds."""
+        return self._known, *self._seen_things
+
+    def _clearance_m(self, way: WayAhead, most_m: float) -> float:
+        """Return the least distance from all things along a way, as of `KeptThings`."""
+        return min(each.clearance_m(way, self._body, most_m) for each in self._things)
 
     def look(self) -> None:
         """Enter the last scan of each lidar."""
@@ -215,7 +234,9 @@ class GoalPursuit:
         if waited_s <= PATIENCE_S and self._stops < STOPS_MAX:
             self._next = yield from self._from_pose(self._pose)
             if self._next is None and not self._sets_off:
-                self._next = yield from self._backs_off()
+                self._next = (yield from self._backs_off()) or (yield from self._goes_along())
+        elif self._too_near:
+            return self.problem
         elif (following := (yield from self._at_last())) is not None:
             self._next = following
         else:
@@ -223,11 +244,19 @@ class GoalPursuit:
         if self._next is not None:
             self._stops += 1
             return GO_ROUND
+        if self._too_near:
+            self.problem = self._emulator.onboard.status.reason
         self._retry_tick = tick + round(min(max(AGAIN_S, waited_s), WAITING_S) * TICKS_PER_S)
         if waited_s > WAITING_S and self._forgets_left:
             self._forgets_left -= 1
             self._seen.forget(tick - round(FADED_S * TICKS_PER_S))
         return ""
+
+    @property
+    def _too_near(self) -> bool:
+        """True if something that may move is so near that the robot may not move at all."""
+        blocked = self._emulator.onboard.blocked
+        return blocked is not None and blocked.too_near
 
     def _at_last(self) -> Planning[ChosenWay | None]:
         """Return a way by a thorough search; its refusal says whether a way exists, and where it is narrowest."""
@@ -236,7 +265,8 @@ class GoalPursuit:
             return None
         self._thorough_left -= 1
         leave = _Leave(self._standing_at(self._pose), WayAhead.at(self._pose))
-        found = yield from self._with_margin(self._needed_m, leave, AT_LAST)
+        margin_m = min(self._needed_m, self._along_m(leave.begins))
+        found = yield from self._with_margin(margin_m, leave, AT_LAST)
         return None if found is None else ChosenWay(found[1].trajectory, found[0].cause)
 
     @property
@@ -261,7 +291,7 @@ class GoalPursuit:
 
     def _meets(self, way: WayAhead) -> bool:
         """Return whether the robot would come too near to something on a way."""
-        return way.clearance_m(self._body, self._seen.things_m, self._kept_m) < self._kept_m
+        return self._clearance_m(way, self._kept_m) < self._kept_m
 
     def _standing_at(self, pose: tuple[float, float, float]) -> PlanOptions:
         """Return the options of a way that begins where the robot stands."""
@@ -276,7 +306,7 @@ class GoalPursuit:
         """Return a way straight back over seen ground to where another way begins; None if there is none."""
         x, y, heading = self._pose
         needed_m = self._needed_now_m
-        now_m = WayAhead.at(self._pose).clearance_m(self._body, self._seen.things_m, needed_m)
+        now_m = self._clearance_m(WayAhead.at(self._pose), needed_m)
         for back_m in BACK_M:
             pose = x - back_m * math.cos(heading), y - back_m * math.sin(heading), heading
             goal = PoseGoal(x_m=pose[0], y_m=pose[1], heading_rad=math.remainder(heading, math.tau))
@@ -285,15 +315,27 @@ class GoalPursuit:
             if isinstance(planned, str):
                 return None
             way = WayAhead.of(planned.trajectory)
-            near_m = way.clearance_m(self._body, self._seen.things_m, needed_m)
+            near_m = self._clearance_m(way, needed_m)
             if near_m < now_m - NEARER_M or not self._seen_free_behind(way):
                 return None
-            if WayAhead.at(pose).clearance_m(self._body, self._seen.things_m, self._needed_m) < self._needed_m:
+            if self._clearance_m(WayAhead.at(pose), self._needed_m) < self._needed_m:
                 continue
             if (following := (yield from self._from_pose(pose))) is not None:
                 self._then = following
                 return ChosenWay(planned.trajectory, request.cause)
         return None
+
+    def _goes_along(self) -> Planning[ChosenWay | None]:
+        """Return a way as near to what stands as the robot stands to it; None if there is none.
+
+        Protection lets it go on so: it leaves a lane that is too narrow otherwise.
+        """
+        leave = _Leave(self._standing_at(self._pose), WayAhead.at(self._pose))
+        margin_m = self._along_m(leave.begins)
+        if margin_m >= self._levels_m[-1]:
+            return None
+        found = yield from self._with_margin(margin_m, leave, BOTH_WAYS)
+        return None if found is None else ChosenWay(found[1].trajectory, found[0].cause)
 
     def replaces(self) -> Planning[ChosenWay | None]:
         """Choose another way that takes over under way, if the present one meets what was seen; None: go on."""
@@ -387,7 +429,7 @@ class GoalPursuit:
         if made is None:
             return None
         way = WayAhead.of(made[1].trajectory)
-        if not self._passes(way, leave.begins):
+        if not self._passes(way, leave.begins, margin_m):
             self.problem = "the robot stands too near to something to drive off"
         elif not search.no_reversing and not self._seen_free_behind(way):
             self.problem = "the only way leads backward over ground that the robot has not seen"
@@ -399,12 +441,11 @@ class GoalPursuit:
         self, margin_m: float, leave: _Leave, search: WaySearch
     ) -> Planning[tuple[WayRequest, PlannedWay] | None]:
         """Plan with a margin, things nearer to where the way begins moved off; None if there is no such way."""
-        clear = leave.begins.swept(self._body, margin_m + STANDS_ON_M)
-        things_m = moved_off(self._seen.things_m, clear, margin_m - self._nearest_m(leave.begins))
         boundary = self._ground.boundary or self._surroundings()
         known = KnownGround(boundary=boundary, obstacles=self._ground.obstacles)
         options = leave.options.model_copy(update={"margin_m": margin_m})
-        seen = SeenPlaces(known, things_m, clear)
+        beside, *things = (self._planned_things(each, leave.begins, margin_m) for each in self._things)
+        seen = SeenPlaces(known, beside.of_clear(self._known), tuple(things))
         request = WayRequest(self._goal, options, seen, search, leave.running)
         planned = yield request
         if isinstance(planned, str):
@@ -412,47 +453,62 @@ class GoalPursuit:
             return None
         return request, planned
 
+    def _planned_things(self, things: KeptThings, begins: WayAhead, margin_m: float) -> PlannedThings:
+        """Return things for a plan with a margin: those nearer to where the way begins are moved off."""
+        if things.farther_m:
+            things = things._replace(farther_m=things.farther_m + max(self._needed_m - margin_m, 0.0))
+        clear = begins.swept(self._body, margin_m + things.farther_m + STANDS_ON_M)
+        by_m = margin_m - self._nearest_m(begins, things)
+        return PlannedThings(things._replace(places_m=moved_off(things.places_m, clear, by_m)), clear)
+
     def _surroundings(self) -> Ring:
         """Return a rectangle with room round the robot, the goal and all things."""
-        places = np.vstack((self._seen.things_m, self._pose[:2], (self._goal.x_m, self._goal.y_m)))
+        places = np.vstack(
+            (*(each.places_m for each in self._seen_things), self._pose[:2], (self._goal.x_m, self._goal.y_m))
+        )
         west, south = (SQUARE_M * math.floor(low / SQUARE_M) - SQUARE_M for low in places.min(axis=0).tolist())
         east, north = (SQUARE_M * math.ceil(high / SQUARE_M) + SQUARE_M for high in places.max(axis=0).tolist())
         return (west, south), (east, south), (east, north), (west, north)
 
-    def _passes(self, way: WayAhead, begins: WayAhead) -> bool:
+    def _passes(self, way: WayAhead, begins: WayAhead, margin_m: float) -> bool:
         """Return whether protection lets the robot drive a way: it comes no nearer to things than it may, or is."""
-        things_m, needed_m = self._seen.things_m, self._needed_m
+        needed_m, needed_now_m = self._needed_m, self._needed_now_m
         last = begins.poses[-1]
         near = np.hypot(*(way.poses[:, :2] - last[:2]).T) < NEAR_M + float(np.ptp(self._body[:, 0]))
         near |= way.station_m < begins.station_m[-1] - begins.station_m[0]
         first, rest = way.where(near), way.where(~near)
-        return (
-            first.clearance_m(self._body, things_m, self._needed_now_m) >= self._nearest_m(begins)
-            and rest.clearance_m(self._body, things_m, needed_m) >= needed_m
+        return all(
+            each.clearance_m(first, self._body, needed_now_m) >= self._nearest_m(begins, each)
+            and each.clearance_m(rest, self._body, needed_m)
+            >= (needed_m if each.farther_m else min(needed_m, margin_m))
+            for each in self._things
         )
 
-    def _nearest_m(self, begins: WayAhead) -> float:
+    def _nearest_m(self, begins: WayAhead, things: KeptThings) -> float:
         """Return the distance from things down to which protection lets the robot come near to where a way begins."""
-        return max(begins.clearance_m(self._body, self._seen.things_m, self._needed_now_m), 0.0) - NEARER_M
+        now_m = things.clearance_m(begins, self._body, self._needed_now_m)
+        return max(now_m, -things.farther_m) - NEARER_M
 
     @property
     def _levels_m(self) -> tuple[float, ...]:
         """Margins to plan with, the widest first."""
         needed_m = self._needed_m
-        wide_m = max(self._passing_m, needed_m + WIDER_M[0])
+        wide_m = max(self._passing_m - self._farther_m, needed_m + WIDER_M[0])
         return (wide_m, *(needed_m + wider_m for wider_m in WIDER_M[1:]))
 
     def _levels_from_m(self, begins: WayAhead) -> tuple[float, ...]:
         """Margins to plan a way with: also as near as the robot may come where it begins, if that is farther."""
-        nearest_m = self._nearest_m(begins)
+        nearest_m = min(self._nearest_m(begins, each) for each in self._things)
         return tuple(sorted({*self._levels_m, max(nearest_m, self._levels_m[-1])}, reverse=True))
+
+    def _along_m(self, begins: WayAhead) -> float:
+        """Return the margin with which protection lets the robot go on along what stands beside it."""
+        beside = (each for each in self._things if not each.farther_m)
+        return max(min(self._nearest_m(begins, each) for each in beside) - NOISE_M, ALONG_M)
 
     @property
     def _needed_m(self) -> float:
-        """Distance from things at which protection lets the robot pass, however slowly.
-
-        From what may move it is that at which the robot comes to rest: from there on it may come no nearer.
-        """
+        """Distance from things that stand at which protection lets the robot pass, however slowly."""
         return self._needed_with_m(min(self._emulator.onboard.protection.error_m, ERROR_M))
 
     @property
@@ -461,8 +517,17 @@ class GoalPursuit:
         return self._needed_with_m(self._emulator.onboard.protection.error_m)
 
     def _needed_with_m(self, error_m: float) -> float:
-        again_m = error_m + OFF_AGAIN_M if self._coming_m > 0.0 else 0.0
-        return self._vehicle.protection.margin_m + error_m + self._off_way_m + self._coming_m + again_m
+        return self._vehicle.protection.margin_m + error_m + self._off_way_m
+
+    @property
+    def _farther_m(self) -> float:
+        """Distance that it needs from things that may move beyond that from those that stand.
+
+        It is that at which it comes to rest: from there on it may come no nearer.
+        """
+        if not self._coming_m:
+            return 0.0
+        return self._coming_m + min(self._emulator.onboard.protection.error_m, ERROR_M) + OFF_AGAIN_M
 
     def _seen_free_behind(self, way: WayAhead) -> bool:
         """Return whether the robot sees behind, or drives this way backward only over ground that it saw as free."""

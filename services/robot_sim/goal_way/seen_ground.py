@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Final, NamedTuple, Self
 
 import numpy as np
@@ -11,9 +10,8 @@ import shapely
 from numpy.typing import NDArray
 
 from touchline.core.jit import borrowing, kernel
-from touchline.core.robust_overlay import as_area, buffer
 from touchline.onboard.perception.scan import KNOWN, NOTHING, THING, UNUSABLE, Beams
-from touchline.schemas.known_ground import KnownGround, KnownObstacle, Ring
+from touchline.schemas.known_ground import KnownGround
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -40,11 +38,6 @@ FADED_S: Final = 60.0
 """Time after which a return that was not seen again may be forgotten."""
 _KNOWN_M: Final = 0.1
 """Distance from a known outline within which returns are its own."""
-_SIMPLIFIED_M: Final = 0.01
-_POINT_M: Final = 0.015
-"""Radius of a return."""
-_CLOSED_M: Final = 0.06
-"""Half of the largest gap between returns that is taken to be closed."""
 _BEFORE_RETURN_M: Final = 1.5 * CELL_M
 _SURFACE_M: Final = 0.1
 """Distance of the returns from whose places the direction of a surface follows."""
@@ -64,6 +57,7 @@ class _Cells(NamedTuple):
         marks: (SIDE, SIDE) number of the last scan with a return, or a beam that passed.
         place_m: (SIDE, SIDE, 2) mean place of the last returns.
         along: (SIDE, SIDE, 2) cosine and sine of twice the direction of the surface there, mean of the last returns.
+        stands: (SIDE, SIDE) whether an outline that the plan knows explained the last return.
     """
 
     corner: Integers
@@ -72,14 +66,16 @@ class _Cells(NamedTuple):
     marks: Integers
     place_m: Floats
     along: Floats
+    stands: Flags
 
     @classmethod
     def unknown(cls) -> Self:
         """Return cells of which nothing is known."""
         seen_tick, marks = (np.zeros((SIDE, SIDE), np.int64) for _ in range(2))
         place_m, along = (np.zeros((SIDE, SIDE, 2)) for _ in range(2))
+        stands = np.zeros((SIDE, SIDE), np.bool_)
         # Of small numbers, as all of them are looked through after each scan.
-        return cls(np.zeros(2, np.int64), np.zeros((SIDE, SIDE), np.int8), seen_tick, marks, place_m, along)
+        return cls(np.zeros(2, np.int64), np.zeros((SIDE, SIDE), np.int8), seen_tick, marks, place_m, along, stands)
 
 
 @kernel
@@ -147,6 +143,7 @@ def _enter_scan(beams: Beams, counts: Flags, free_m: float, tick: int, scan: int
             i, j = math.floor(beams.points_m[b, 0] / CELL_M), math.floor(beams.points_m[b, 1] / CELL_M)
             if x <= i < x + SIDE and y <= j < y + SIDE:
                 i, j = i & _MASK, j & _MASK
+                cells.stands[i, j] = beams.kind[b] == KNOWN
                 share, along = 1.0 if cells.evidence[i, j] <= 0 else _NEWER, _surface(beams, b)
                 for k in range(2):
                     cells.place_m[i, j, k] += share * (beams.points_m[b, k] - cells.place_m[i, j, k])
@@ -215,8 +212,15 @@ class SeenGround:
 
     @property
     def things_m(self) -> Floats:
-        """(n, 2) mean places of returns, one for each occupied cell."""
-        return np.ascontiguousarray(self._cells.place_m[self._cells.evidence >= OCCUPIED])
+        """(n, 2) mean places of returns of what may move, one for each occupied cell."""
+        return self.places_m[1]
+
+    @property
+    def places_m(self) -> tuple[Floats, Floats]:
+        """Mean places of returns that outlines explain, though they are not on them, and of those that may move."""
+        occupied = self._cells.evidence >= OCCUPIED
+        places_m, stand = self._cells.place_m[occupied], self._cells.stands[occupied]
+        return np.ascontiguousarray(places_m[stand]), np.ascontiguousarray(places_m[~stand])
 
     def forget(self, before_tick: int) -> None:
         """Forget returns that were not seen again since a tick.
@@ -241,45 +245,6 @@ class SeenGround:
         return found
 
 
-def outlines_of(things_m: Floats, clear: shapely.Geometry) -> tuple[KnownObstacle, ...]:
-    """Return outlines of things, in which gaps that no body fits into are closed.
-
-    Args:
-        things_m: (n, 2) places of returns, map frame.
-        clear: Ground without things in any case.
-    """
-    if not len(things_m):
-        return ()
-    grown = shapely.union_all(shapely.buffer(shapely.points(things_m), _CLOSED_M, quad_segs=3))
-    shape = as_area(buffer(as_area(grown), -_CLOSED_M + _POINT_M, quad_segs=1)).simplify(_SIMPLIFIED_M)
-    shape = as_area(shapely.difference(shape, clear))
-    parts = [part for part in shapely.get_parts(shape) if part.area > 0.0]
-    return tuple(
-        KnownObstacle(id=f"seen {number}", corners=_ring(part.exterior), holes=tuple(map(_ring, part.interiors)))
-        for number, part in enumerate(parts, 1)
-    )
-
-
-def moved_off(things_m: Floats, area: shapely.Geometry, by_m: float) -> Floats:
-    """Return places of things, those in an area moved outward: a wall through it goes round it, and stays closed.
-
-    Args:
-        things_m: (n, 2) places, map frame.
-        area: The area.
-        by_m: Distance by which they are moved.
-    """
-    shapely.prepare(area)
-    inside = shapely.contains_xy(area, things_m)
-    places_m = things_m[inside]
-    if not len(places_m):
-        return things_m
-    lines = shapely.shortest_line(shapely.points(places_m), shapely.boundary(area))
-    outward_m = shapely.get_coordinates(lines)[1::2] - places_m
-    moved_m = things_m.copy()
-    moved_m[inside] += by_m * outward_m / np.maximum(np.hypot(*outward_m.T), 1e-9)[:, None]
-    return moved_m
-
-
 def cell_middles(area: shapely.geometry.base.BaseGeometry) -> Floats:
     """Return the middles (n, 2) of the cells in an area."""
     if area.is_empty:
@@ -288,8 +253,3 @@ def cell_middles(area: shapely.geometry.base.BaseGeometry) -> Floats:
     places = (np.argwhere(np.ones((east - west + 1, north - south + 1))) + (west, south) + 0.5) * CELL_M
     inside: Floats = places[shapely.contains_xy(area, places)]
     return inside
-
-
-def _ring(line: shapely.LinearRing) -> Ring:
-    corners: Sequence[tuple[float, float]] = [(x, y) for x, y in shapely.get_coordinates(line)[:-1].tolist()]
-    return tuple(corners)

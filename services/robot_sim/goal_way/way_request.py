@@ -7,14 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, NamedTuple, TypeAlias, TypeVar
 
-import numpy as np
-import shapely
-from numpy.typing import NDArray
-
 from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
 from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PoseGoal, Trajectory, WaySearch
 from touchline.schemas.plan_cause import LeftDrive, PlanCause
-from touchline.services.robot_sim.goal_way.seen_ground import outlines_of
+from touchline.services.robot_sim.goal_way.kept_things import PlannedThings, cut_out
 
 Result = TypeVar("Result")
 EVERYWHERE: Final = WaySearch()
@@ -25,13 +21,13 @@ class SeenPlaces(NamedTuple):
 
     Attributes:
         known: The known ground, with a boundary.
-        things_m: (n, 2) places of returns, map frame.
-        clear: Ground without things in any case.
+        beside: Parts of its obstacles near to where the way begins, which are moved off.
+        things: What was seen besides, by kinds.
     """
 
     known: KnownGround
-    things_m: NDArray[np.float64]
-    clear: shapely.Geometry
+    beside: PlannedThings
+    things: tuple[PlannedThings, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,15 +53,19 @@ class WayRequest:
         """Known ground with outlines of what was seen; in any thread, as it may take a fifth of a second."""
         if self.seen is None:
             return OPEN_GROUND
-        known, things_m, clear = self.seen
-        obstacles = (*known.obstacles, *outlines_of(things_m, clear))
-        return KnownGround(boundary=known.boundary, obstacles=obstacles)
+        known, beside, things = self.seen
+        named = cut_out(known.obstacles, beside.clear)
+        seen = (outline for each in things for outline in each.outlines("seen"))
+        return KnownGround(boundary=known.boundary, obstacles=(*named, *beside.outlines("beside"), *seen))
 
     @property
     def cause(self) -> PlanCause:
         """Inputs of the plan, for the recording."""
         leaves = None if self.leaving is None else LeftDrive.of(self.leaving)
-        return PlanCause(options=self.options, goal=self.goal, ground=self.ground, search=self.search, leaves=leaves)
+        known = () if self.seen is None else self.seen.known.obstacles
+        return PlanCause(
+            options=self.options, goal=self.goal, ground=self.ground, search=self.search, leaves=leaves, known=known
+        )
 
 
 class PlannedWay(NamedTuple):

@@ -12,6 +12,18 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "one case."
         ),
         (
+            "Obstacles that a goal's known ground has stand for protection and for plans, as those of a template "
+            "do: they were taken for things that may move, and in mode `passive` a robot beside one stood for "
+            "good. `PlanCause` has `known`. A robot so near to something else that may move that it may not move "
+            "at all says so, with the distance that it needs and what to do; its drive to a goal ends with that "
+            "reason instead of a proof that no way exists."
+        ),
+        (
+            "A robot that stands beside what stands looks for ways as near to it as that, less 3 cm for the noise "
+            "of returns, but not nearer than 5 cm, if there is none with the distance that protection asks for: "
+            "with the goal behind it a marker in a lane of 1.3 m gave up."
+        ),
+        (
             "The painted share that a robot believes and reports (`coverage_pct` of its status) counted segments "
             "by the robot's path instead of the lines that the nozzle draws: 64 % instead of 54 % in a job of "
             "three narrow bends."

@@ -113,7 +113,8 @@ def drive_to_goal(
     start, taking = _standing(emulator)
     plan = plan_from(start, goal, setup.vehicle, options, ground)
     begun = PlanOptions.model_validate({**dict(options), "start": tuple(start)})
-    drive = GivenDrive(plan.trajectory, None, taking, PlanCause(options=begun, goal=goal, ground=ground))
+    planned = PlanCause(options=begun, goal=goal, ground=ground, known=ground.obstacles)
+    drive = GivenDrive(plan.trajectory, None, taking, planned)
     rerouting = GoalRerouting(emulator, goal, options, ground) if emulator.onboard.perception is not None else None
     outcome = carry_out(emulator, drive, products, progress, rerouting)
     cause = goal_scenario_hash(setup, goal, options, ground)

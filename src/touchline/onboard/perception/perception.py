@@ -77,12 +77,15 @@ class Perception:
         """
         self._lidars = {each.name: _Lidar(each) for each in lidars_of(self._vehicle)}
         self._tracks, self.grid = Tracks(), FadingGrid()
+        self._named: list[Polygon] = []
+        self.known = KnownOutlines(())
         self.know(known)
         self._time_s, self._place, self.way_m, self.too_late = 0.0, (math.nan, math.nan), 0.0, 0
 
     def know(self, known: Sequence[Polygon]) -> None:
-        """Replace the outlines that the plan knows; arguments as in `restart`."""
-        self.known = KnownOutlines(known)
+        """Replace the outlines that the plan knows, unless they are the same; arguments as in `restart`."""
+        if list(known) != self._named:
+            self._named, self.known = list(known), KnownOutlines(known)
 
     def takes(self, sample: AuxiliarySample) -> bool:
         """Return whether a sample is a scan of one of its lidars."""

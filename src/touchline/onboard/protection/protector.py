@@ -357,10 +357,14 @@ class Protector:
         moving = bool(len(earlier) == 0 or np.hypot(*(earlier - place).T).min() > far_m)
         since_tick = self._blocked.since_tick if self._blocked is not None else self._computer.times.tick
         kept_m = way.margin_m + way.error_m + way.thing_mps * (way.late_ticks * TICK_S + way.reaction_s + way.creep_s)
-        too_near = way.thing_mps > 0.0 and way.clear_m[0] + way.slack_m[0] < kept_m
-        self._blocked = Blocked(
-            since_tick, max(distance_m, 0.0), (float(place[0]), float(place[1])), moving, bool(too_near)
-        )
+        beside_m = max(float(way.clear_m[0] + way.slack_m[0]), 0.0)
+        too_near = way.thing_mps > 0.0 and beside_m < kept_m
+        self._blocked = Blocked(since_tick, max(distance_m, 0.0), (float(place[0]), float(place[1])), moving, too_near)
+        if too_near and not moving:
+            return (
+                f"something that may move is {beside_m:.1f} m from the robot, which needs {kept_m:.1f} m: move either, "
+                "or name it in the plan"
+            )
         does = "moves" if moving else "stands"
         return f"something that {does} is in the way, {self._blocked.distance_m:.1f} m from the robot"
 
