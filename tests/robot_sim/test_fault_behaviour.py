@@ -20,7 +20,7 @@ STOPS = [
     ("gnss-degraded", {"fix": "float"}, "a float fix", True),
     ("corrections-lost", {"duration_s": 20.0}, "", True),
     ("gnss-wrong-fix", {"east_m": 0.3}, "contradict", True),
-    ("gnss-noisy", {"white_m": 0.2}, "the position is uncertain", True),
+    ("gnss-noisy", {"white_m": 0.2, "start_s": 6.0}, "the position is uncertain", True),
     ("gnss-noisy", {"white_m": 0.2, "honest": False}, "contradict", True),
     ("messages-late", {"sensor": "gnss", "delay_s": 0.8}, "no fix for more than 0.5 s", True),
     ("messages-late", {"sensor": "imu", "delay_s": 0.05}, "", True),

@@ -132,6 +132,13 @@ class TickInputs(Record):
     """Mean square of their difference over the last second, (rad/s)²."""
     wander: float
     """`BlindRun.wander` with which the tick is run."""
+    burst: float
+    """Probability that the receiver erred in a burst at the last fix, see `estimation/bursts`; this and the next two
+    are those after the tick's fix."""
+    switching: float
+    """Share by which that has since approached the share of the time in bursts."""
+    places: Annotated[Floats, 2, 3]
+    """Place in no burst, and in one, less the estimated one: east and north, and variance along an axis [m²]."""
 
 
 class LearnedFigures(Record):
@@ -233,6 +240,10 @@ class FilterFigures(Record):
     """Variance by which that error changes in a tick."""
     burst_var: float
     """Variance of the correlated part of the GNSS error in a burst; 0: it has none."""
+    burst_decay: float
+    """Share of that error which remains after a tick."""
+    burst_change: float
+    """Share by which the probability of a burst approaches `tail.BURST_SHARE` in a tick."""
     fix_news: float = 1.0
     """Share of what a fix in a row of outlying ones says that the one before has not said."""
     gyro_scale: float = 1.0

@@ -70,15 +70,16 @@ def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) ->
     c, learned = ring.figures, ring.learned
     h = np.zeros((2, STATES))
     g = np.zeros(STATES)
+    other = np.zeros((2, 1 + STATES, STATES))
     fixes[tick % RING].used = False
     ring.update_counts[tick % RING] = 0
     settled = (tick + 1) % RING
     if settled % LEARN_TICKS == 0 or fixes[settled].used:
         learn(settled, xs[settled], inputs[settled], fixes[settled], c, learned)
-    run_blind(ring, drive, settled, (h, g))
+    run_blind(ring, drive, settled, (h, g, other))
     store_learned(learned, inputs[tick % RING])
     inputs[tick % RING].wander = wander_now(ring)
-    _rerun(ring, drive, oldest, tick, live, (h, g))
+    _rerun(ring, drive, oldest, tick, live, (h, g, other))
     note_contradiction(ring.counters, c, xs[tick % RING])
 
 
@@ -102,6 +103,7 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
     fixes, c, n = ring.fixes, ring.figures, ring.counters
     h = np.zeros((2, STATES))
     g = np.zeros(STATES)
+    other = np.zeros((2, 1 + STATES, STATES))
     at = max(fix_tick, first_tick)
     elsewhere = fix_tick < first_tick and abs(xs[first_tick % RING, SPEED]) > _STOOD_MPS
     if at > tick or tick - at > RING - 2 or elsewhere:
@@ -113,7 +115,7 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
         return False
     valid = TickEstimate(xs[where], Ps[where], inputs[where])
     add_sway(fix, inputs[where], c)
-    if not accept_fix(valid, fix, c, n, (h, g)) and not strays(ring, valid.x[SPEED]):
+    if not accept_fix(valid, fix, c, n, (h, g, other)) and not strays(ring, valid.x[SPEED]):
         return False
     for later in range(at + 1, tick + 1):
         if fixes[later % RING].used:
@@ -121,8 +123,8 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
             break
     fixes[where] = fix
     fixes[where].used = True
-    use_fix(valid, fixes[where], c, (h, g))
-    _rerun(ring, drive, at + 1, tick, -1, (h, g))
+    use_fix(valid, fixes[where], c, (h, g, other))
+    _rerun(ring, drive, at + 1, tick, -1, (h, g, other))
     return True
 
 
@@ -148,8 +150,9 @@ def take_row(computer: Computer, drive: Any, at: int, row: Floats) -> bool:
     ring.update_counts[slot] = count + 1
     h = np.zeros((2, STATES))
     g = np.zeros(STATES)
+    other = np.zeros((2, 1 + STATES, STATES))
     set_slow_error_aside(P, c.slow_var)
     apply_rows(x, P, ring.update_rows[slot, count:], 1, g)
     set_slow_error_aside(P, -c.slow_var)
-    _rerun(ring, drive, at + 1, tick, -1, (h, g))
+    _rerun(ring, drive, at + 1, tick, -1, (h, g, other))
     return True

@@ -31,7 +31,7 @@ from touchline.onboard.estimation.learned_constants import LearnedConstant, lear
 from touchline.onboard.estimation.noise import noise_figures
 from touchline.onboard.estimation.received import received
 from touchline.onboard.estimation.standing import JOLT_MPS2
-from touchline.onboard.estimation.tail import CONTRADICTED
+from touchline.onboard.estimation.tail import BURST_SHARE, CONTRADICTED
 from touchline.onboard.interface import (
     TICK_S,
     TICKS_PER_S,
@@ -391,6 +391,8 @@ class Estimator:
         lever = np.zeros((2, m.STATES))
         lever[:, m.HEADING] = sin * ax + cos * ay, sin * ay - cos * ax
         lever[:, m.ANTENNA_X], lever[:, m.ANTENNA_Y] = (-cos, -sin), (sin, -cos)
+        z = self.ring.inputs[self._slot]
+        z.burst, z.switching, z.places[:] = BURST_SHARE, 0.0, 0.0
         turned = lever @ p
         p[_PLACE, :] += turned
         p[:, _PLACE] += turned.T

@@ -56,7 +56,7 @@ def accept_fix(at: TickEstimate, fix: FixInTick, c: FilterFigures, n: FilterCoun
         n: Counters, updated.
         scratch: Overwritten.
     """
-    h, _ = scratch
+    h, _, _ = scratch
     set_slow_error_aside(at.P, c.slow_var)
     nis, share = position_fit(at, fix, c, n, h)
     set_slow_error_aside(at.P, -c.slow_var)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from touchline.core.jit import kernel
 from touchline.core.physical_constants import GRAVITY_MPS2
+from touchline.onboard.estimation.bursts import correlated_error
 from touchline.onboard.filter_model import (
     ACCEL_BIAS,
     EAST,
@@ -70,8 +71,9 @@ def predict(x: Floats, P: Floats, accel: float, z: TickInputs, c: FilterFigures)
         mean = z.error_mean[i]
         x[ODOMETRY_ERROR + i] = mean + c.slip_decay[i] * (x[ODOMETRY_ERROR + i] - mean)
     x[MAG_BIAS] *= c.mag_decay
-    x[GNSS_EAST] *= c.gnss_decay
-    x[GNSS_NORTH] *= c.gnss_decay
+    gnss_decay, gnss_var = correlated_error(z, c)
+    x[GNSS_EAST] *= gnss_decay
+    x[GNSS_NORTH] *= gnss_decay
 
     # F P Fᵀ for the sparse F, first rows then columns: speed, yaw rate and biases before the pose that uses them.
     for k in range(STATES):
@@ -94,8 +96,8 @@ def predict(x: Floats, P: Floats, accel: float, z: TickInputs, c: FilterFigures)
     for i in range(2):
         _decay(P, ODOMETRY_ERROR + i, c.slip_decay[i], c.slip_var[i])
     _decay(P, MAG_BIAS, c.mag_decay, c.mag_var)
-    _decay(P, GNSS_EAST, c.gnss_decay, c.gnss_var)
-    _decay(P, GNSS_NORTH, c.gnss_decay, c.gnss_var)
+    _decay(P, GNSS_EAST, gnss_decay, gnss_var)
+    _decay(P, GNSS_NORTH, gnss_decay, gnss_var)
     # A hard-iron error is a vector fixed in the body: seen as heading it changes as fast as the robot turns.
     P[MAG_BIAS, MAG_BIAS] += c.mag_var * min(abs(turn), 1.0)
     P[GYRO_BIAS, GYRO_BIAS] += c.q_gyro_bias

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from touchline.onboard.filter_model import TickInputs
 
 Floats = NDArray[np.float64]
-Scratch = tuple[Floats, Floats]
-"""Memory for the rows of a measurement (2, STATES), and for P hᵀ of one of them (STATES,)."""
+Scratch = tuple[Floats, Floats, Floats]
+"""Memory for the rows of a measurement (2, STATES), for P hᵀ of one of them (STATES,), and for two other
+states with their covariances (2, 1 + STATES, STATES)."""
 
 
 class TickEstimate(NamedTuple):

@@ -9,6 +9,7 @@ from touchline.onboard.computer_state import FilterState
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.estimation.adaptation import add_wander
 from touchline.onboard.estimation.aiding.imu_aiding import add_pitching_noise, add_shaking_noise, forward_acceleration
+from touchline.onboard.estimation.bursts import carry_modes
 from touchline.onboard.estimation.measurements import measure
 from touchline.onboard.estimation.prediction import add_scale_error, predict
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
@@ -36,6 +37,7 @@ def step(last: TickEstimate, at: TickEstimate, ring: FilterState, drive: Any, li
     x[EAST] += c.mast_s2 * (z.rise_east_mps2 - before.rise_east_mps2)
     x[NORTH] += c.mast_s2 * (z.rise_north_mps2 - before.rise_north_mps2)
     onboard_drive.smooth(drive, before, z)
+    carry_modes(before, z, c)
     predict(x, P, forward_acceleration(x, P, before, z, c), z, c)
     if c.scale_var > 0.0:
         add_scale_error(last.x, x, P, c.scale_var, ring.learned)

@@ -101,7 +101,7 @@ def use_heading(at: TickEstimate, fix: FixInTick, weighed_m2: float, scratch: Sc
         scratch: Overwritten.
     """
     x, P, _ = at
-    h, g = scratch
+    h, g, _ = scratch
     turn, variance = heading_row(at, fix, h[0])
     if turn * turn <= GATE_1_DOF * variance:
         apply(x, P, h[0], turn, fix.heading_variance_rad2 * max(weighed_m2 / fix.variance_m2, 1.0), g, STATES)

@@ -108,7 +108,7 @@ def use_encoders(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, sc
         scratch: Overwritten.
     """
     x, P, z = at
-    h, g = scratch
+    h, g, _ = scratch
     if z.still:
         row = h[0]
         z.refused_ticks = 0
@@ -128,7 +128,7 @@ def use_encoders(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, sc
 def _use_odometry(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, scratch: Scratch) -> None:
     """Update with the drive's odometry, behind one gate for both of its numbers."""
     x, P, z = at
-    h, g = scratch
+    h, g, _ = scratch
     for k in range(STATES):
         h[0, k], h[1, k] = 0.0, 0.0
     y0, y1, r = onboard_drive.odometry(drive, x, z, h)

@@ -15,6 +15,7 @@ from touchline.core.jit import borrowing, kernel
 from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard.computer_state import FilterState, ReceivedFix
 from touchline.onboard.estimation.adaptation import add_stray
+from touchline.onboard.estimation.bursts import update_by_mode, without_burst
 from touchline.onboard.estimation.calibration import WAVE_SAMPLES
 from touchline.onboard.estimation.gauss_markov import position_error
 from touchline.onboard.estimation.learned_constants import start_variance
@@ -60,6 +61,7 @@ _SINGLE_FIX_FLOOR_M2 = 1.0
 _FLOAT_FIX_FLOOR_M2 = 0.04
 _CONSTANT_WALK_RTS = 8e-5  # 2 mm, and 2 ms, in ten minutes [assumed]: a mast gives way, a receiver's load changes
 _RECENT = 0.1  # weight of the newest fix in the running NIS
+_BURST_LENGTH = 3.0  # mean length of a burst against that: within the 1 to 10 s that the emulator takes for possible
 _BURST_TAU = 0.5  # time constant in a burst against that of the part with bursts and without
 
 Floats = NDArray[np.float64]
@@ -88,6 +90,8 @@ def gnss_figures(c: FilterFigures, vehicle: Vehicle, config: OnboardConfig) -> N
         c.burst_var = error.variance / BURST_SHARE
         left = math.exp(-1.0 / (gnss.rate_hz * _BURST_TAU * error.tau_s))
         c.fix_news = (1.0 - left) / (1.0 + left)
+        c.burst_decay = math.exp(-TICK_S / (_BURST_TAU * error.tau_s))
+        c.burst_change = TICK_S / (_BURST_LENGTH * error.tau_s * (1.0 - BURST_SHARE))
     c.stamp_offset_s = gnss.stamp_offset_s
     known = config.calibrated
     c.constant_var[1] = start_variance(1, gnss.antenna_sigma_m, known.antenna)
@@ -195,11 +199,15 @@ def position_fit(
     y = fix_rows(at, fix, c, h)
     nis = nis_of_two(at.P, h, y, fix.variance_m2)
     weighed = bounded(nis, c.fix_dof)
-    n.fix_step_m = math.hypot(y[0] - n.innovation_east_m, y[1] - n.innovation_north_m)
-    n.innovation_east_m, n.innovation_north_m, n.fix_nis_last = y[0], y[1], weighed
+    n.fix_nis_last = weighed
     n.fix_white_0, n.fix_white_1, n.fix_log_det = whitened(at.P, h, y, fix.variance_m2)
     if c.burst_var == 0.0:
+        n.fix_step_m = math.hypot(y[0] - n.innovation_east_m, y[1] - n.innovation_north_m)
+        n.innovation_east_m, n.innovation_north_m = y
         return weighed, likelihood(nis, c.fix_dof)
+    y = without_burst(at.x, h, y)
+    n.fix_step_m = math.hypot(y[0] - n.innovation_east_m, y[1] - n.innovation_north_m)
+    n.innovation_east_m, n.innovation_north_m = y
     nis = nis_of_two(at.P, h, y, fix.variance_m2 + c.burst_var)
     return bounded(nis, c.fix_dof), likelihood_in_burst(nis)
 
@@ -255,10 +263,12 @@ def use_position(at: TickEstimate, fix: FixInTick, c: FilterFigures, scratch: Sc
         Variance with which the fix was weighed [m²], of `tail.weighed_variance`.
     """
     x, P, _ = at
-    h, g = scratch
+    h, g, other = scratch
     y = fix_rows(at, fix, c, h)
     if fix.strayed_m > 0.0:
         add_stray(P, fix)
+    if c.burst_var > 0.0:
+        return float(update_by_mode(at, fix, y, c, (h, g, other)))
     weighed: float = weighed_variance(P, h, y, fix.variance_m2, c.fix_dof)
     apply_two(x, P, h, y, weighed, g, STATES)
     return weighed

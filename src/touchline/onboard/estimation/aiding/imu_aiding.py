@@ -229,7 +229,7 @@ def use_gyro(at: TickEstimate, c: FilterFigures, n: FilterCounters, live: bool, 
         scratch: Overwritten.
     """
     x, P, z = at
-    h, g = scratch
+    h, g, _ = scratch
     row = h[0]
     for k in range(STATES):
         row[k] = 0.0

@@ -72,7 +72,7 @@ def use_magnetometer(at: TickEstimate, c: FilterFigures, n: FilterCounters, live
         scratch: Overwritten.
     """
     x, P, z = at
-    h, g = scratch
+    h, g, _ = scratch
     row = h[0]
     if math.isnan(z.mag_rad):
         return
