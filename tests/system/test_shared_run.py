@@ -55,7 +55,7 @@ TEMPLATE = Template(
 JOINT_M2 = 0.01 * TEMPLATE.line_width_m
 """Area that two robots paint twice where one goes on from the other's paint."""
 QUICKLY, SLOWLY = 20.0, 2.0
-"""Sim time per wall time, and while somebody is to be killed amid a line."""
+"""Sim time per wall time, and while somebody is to be paused, or killed amid a line."""
 STALLED_S = 0.5
 """Time that a team may stand, once it is paused: at work it may be held up for as long by a busy machine."""
 
@@ -112,6 +112,7 @@ class Pausing(Silent):
         if self.resumes_at is not None and time.monotonic() > self.resumes_at:
             self.resumes_at = None
             self.monkeypatch.undo()
+            assert all(pace(bus, QUICKLY) for bus in self.buses)
             self.order(topics.RESUME)
 
     def progress(self, fraction, text):
@@ -181,7 +182,7 @@ def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file_though_th
     early = AuthorizeRequest(request_id="b", until_m=1.0)
     assert "no trajectory is loaded" in system.bus.call(topics.AUTHORIZE, early).message
     pausing = Pausing(system.buses, monkeypatch)
-    with begun(system, job, SharedRunSettings(QUICKLY, record=record), pausing) as run:
+    with begun(system, job, SharedRunSettings(SLOWLY, record=record), pausing) as run:  # until both are paused
         run.run()
     assert run.recording["complete"], run.recording
     assert [answer.message for answer in pausing.answers[2:4]] == ["already paused"] * 2
