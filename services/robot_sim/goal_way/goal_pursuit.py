@@ -165,9 +165,8 @@ class GoalPursuit:
 
     @property
     def _seen_things(self) -> tuple[KeptThings, KeptThings]:
-        """Seen things: those that stand, as a known outline explains them, and those that may move."""
-        standing_m, moving_m = self._seen.places_m
-        return KeptThings(standing_m), KeptThings(moving_m, self._farther_m)
+        """What was seen: that stands, as a known outline explains it, and that may move."""
+        return KeptThings(self._seen.standing_m), KeptThings(self._seen.things_m, self._farther_m)
 
     @property
     def _things(self) -> tuple[KeptThings, ...]:
@@ -234,7 +233,7 @@ class GoalPursuit:
         if waited_s <= PATIENCE_S and self._stops < STOPS_MAX:
             self._next = yield from self._from_pose(self._pose)
             if self._next is None and not self._sets_off:
-                self._next = (yield from self._backs_off()) or (yield from self._goes_along())
+                self._next = yield from self._backs_off()
         elif self._too_near:
             return self.problem
         elif (following := (yield from self._at_last())) is not None:
@@ -265,7 +264,7 @@ class GoalPursuit:
             return None
         self._thorough_left -= 1
         leave = _Leave(self._standing_at(self._pose), WayAhead.at(self._pose))
-        margin_m = min(self._needed_m, self._along_m(leave.begins))
+        margin_m = min(self._needed_m, self._levels_from_m(leave.begins)[-1])
         found = yield from self._with_margin(margin_m, leave, AT_LAST)
         return None if found is None else ChosenWay(found[1].trajectory, found[0].cause)
 
@@ -325,18 +324,6 @@ class GoalPursuit:
                 return ChosenWay(planned.trajectory, request.cause)
         return None
 
-    def _goes_along(self) -> Planning[ChosenWay | None]:
-        """Return a way as near to what stands as the robot stands to it; None if there is none.
-
-        Protection lets it go on so: it leaves a lane that is too narrow otherwise.
-        """
-        leave = _Leave(self._standing_at(self._pose), WayAhead.at(self._pose))
-        margin_m = self._along_m(leave.begins)
-        if margin_m >= self._levels_m[-1]:
-            return None
-        found = yield from self._with_margin(margin_m, leave, BOTH_WAYS)
-        return None if found is None else ChosenWay(found[1].trajectory, found[0].cause)
-
     def replaces(self) -> Planning[ChosenWay | None]:
         """Choose another way that takes over under way, if the present one meets what was seen; None: go on."""
         onboard, tick = self._emulator.onboard, self._emulator.tick_count
@@ -387,14 +374,16 @@ class GoalPursuit:
         """Plan round what was seen, with as much margin as there is room for; None if there is no such way."""
         best: tuple[WayRequest, PlannedWay] | None = None
         levels_m = self._levels_from_m(leave.begins)
-        if self._shut_in and not (yield from self._is_way(leave)):
+        if self._shut_in and not (yield from self._is_way(leave, levels_m[-1])):
             return None
         latest_tick = self._emulator.tick_count + round(HASTE * self.keep_s * TICKS_PER_S)
         for margin_m in levels_m:
+            if best is not None and margin_m < self._needed_m:
+                break
             found = yield from self._with_margin(margin_m, leave, FORWARD)
             if found is None:
                 unasked = margin_m == levels_m[0] and leave.running is None and not self._shut_in
-                if unasked and not (yield from self._is_way(leave)):
+                if unasked and not (yield from self._is_way(leave, levels_m[-1])):
                     self._shut_in = True
                     return None
                 continue
@@ -409,10 +398,10 @@ class GoalPursuit:
         self._shut_in = best is None
         return best
 
-    def _is_way(self, leave: _Leave) -> Planning[bool]:
+    def _is_way(self, leave: _Leave, least_m: float) -> Planning[bool]:
         """Return whether there is a way with the least margin: else none is looked for with more."""
         search = BOTH_WAYS if leave.running is None else FORWARD
-        return (yield from self._made(self._levels_m[-1], leave, search)) is not None
+        return (yield from self._made(least_m, leave, search)) is not None
 
     @property
     def _least_s(self) -> float:
@@ -497,14 +486,15 @@ class GoalPursuit:
         return (wide_m, *(needed_m + wider_m for wider_m in WIDER_M[1:]))
 
     def _levels_from_m(self, begins: WayAhead) -> tuple[float, ...]:
-        """Margins to plan a way with: also as near as the robot may come where it begins, if that is farther."""
-        nearest_m = min(self._nearest_m(begins, each) for each in self._things)
-        return tuple(sorted({*self._levels_m, max(nearest_m, self._levels_m[-1])}, reverse=True))
+        """Margins to plan a way with: also as near as the robot may come where it begins.
 
-    def _along_m(self, begins: WayAhead) -> float:
-        """Return the margin with which protection lets the robot go on along what stands beside it."""
-        beside = (each for each in self._things if not each.farther_m)
-        return max(min(self._nearest_m(begins, each) for each in beside) - NOISE_M, ALONG_M)
+        Beside what stands, protection lets it go on as near as that: so it leaves a lane that is too narrow otherwise.
+        """
+        least_m = self._levels_m[-1]
+        nearest_m = min(
+            max(self._nearest_m(begins, each), least_m if each.farther_m else ALONG_M) for each in self._things
+        )
+        return tuple(sorted({*self._levels_m, nearest_m}, reverse=True))
 
     @property
     def _needed_m(self) -> float:

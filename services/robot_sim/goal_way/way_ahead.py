@@ -9,7 +9,6 @@ from typing import Final, NamedTuple
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely.geometry.base import BaseGeometry
 
 from touchline.core.jit import kernel
 from touchline.onboard.protection.clearance import clearance
@@ -79,7 +78,7 @@ class WayAhead(NamedTuple):
         """Return the chosen poses."""
         return WayAhead(self.station_m[chosen], self.poses[chosen], self.backward[chosen])
 
-    def swept(self, body: Floats, margin_m: float) -> BaseGeometry:
+    def swept(self, body: Floats, margin_m: float) -> shapely.Geometry:
         """Return the ground that a body sweeps with a margin; arguments as in `clearance_m`."""
         cos, sin = np.cos(self.poses[:, 2, None]), np.sin(self.poses[:, 2, None])
         x, y = body.T

@@ -19,11 +19,6 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "reason instead of a proof that no way exists."
         ),
         (
-            "A robot that stands beside what stands looks for ways as near to it as that, less 3 cm for the noise "
-            "of returns, but not nearer than 5 cm, if there is none with the distance that protection asks for: "
-            "with the goal behind it a marker in a lane of 1.3 m gave up."
-        ),
-        (
             "The painted share that a robot believes and reports (`coverage_pct` of its status) counted segments "
             "by the robot's path instead of the lines that the nozzle draws: 64 % instead of 54 % in a job of "
             "three narrow bends."
