@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
 from touchline.core.jit import kernel
 from touchline.onboard.protection.clearance import clearance
@@ -78,7 +79,7 @@ class WayAhead(NamedTuple):
         """Return the chosen poses."""
         return WayAhead(self.station_m[chosen], self.poses[chosen], self.backward[chosen])
 
-    def swept(self, body: Floats, margin_m: float) -> shapely.Geometry:
+    def swept(self, body: Floats, margin_m: float) -> BaseGeometry:
         """Return the ground that a body sweeps with a margin; arguments as in `clearance_m`."""
         cos, sin = np.cos(self.poses[:, 2, None]), np.sin(self.poses[:, 2, None])
         x, y = body.T
