@@ -165,7 +165,7 @@ class GoalPursuit:
 
     @property
     def _seen_things(self) -> tuple[KeptThings, KeptThings]:
-        """What was seen: that stands, as a known outline explains it, and that may move."""
+        """Seen things: those that stand, as a known outline explains them, and those that may move."""
         return KeptThings(self._seen.standing_m), KeptThings(self._seen.things_m, self._farther_m)
 
     @property
