@@ -43,23 +43,23 @@ def seen():
 
 
 def test_beams_along_a_wall_do_not_free_it(seen):
-    before = len(seen.things_m)
+    before = len(seen.places_m[1])
     for tick in range(10, 40):  # past its end, the robot sees beside it: that is how near errors bring the two
         seen.enter(scan(3.0, 0.02), FAR_M, tick)
-    assert len(seen.things_m) > 0.9 * before
+    assert len(seen.places_m[1]) > 0.9 * before
 
 
 def test_a_wall_that_has_gone_is_forgotten(seen):
     for tick in range(10, 30):
         seen.enter(scan(0.01 * tick, -1.5), FAR_M, tick)
-    assert not len(seen.things_m)
+    assert not len(seen.places_m[1])
 
 
 def test_beams_along_what_has_gone_free_it_in_the_end(seen):
-    before = len(seen.things_m)
+    before = len(seen.places_m[1])
     for tick in range(10, 210):
         seen.enter(scan(3.0, 0.02), FAR_M, tick)
-    assert len(seen.things_m) < 0.1 * before
+    assert len(seen.places_m[1]) < 0.1 * before
 
 
 def outlined(things, clear):
@@ -70,18 +70,18 @@ def outlined(things, clear):
 
 def test_outlines_are_grown_by_what_is_kept_farther_off_and_still_leave_ground_clear(seen):
     clear = shapely.Point(0.0, -1.5).buffer(1.0)
-    wall, grown = (outlined(KeptThings(seen.things_m, farther_m), clear) for farther_m in (0.0, 0.4))
+    wall, grown = (outlined(KeptThings(seen.places_m[1], farther_m), clear) for farther_m in (0.0, 0.4))
     assert grown.symmetric_difference(wall.buffer(0.4)).area < 0.03 * grown.area
-    cut, grown = (outlined(KeptThings(seen.things_m, farther_m), clear.buffer(0.8)) for farther_m in (0.0, 0.4))
+    cut, grown = (outlined(KeptThings(seen.places_m[1], farther_m), clear.buffer(0.8)) for farther_m in (0.0, 0.4))
     assert cut.area < 0.8 * wall.area
     assert shapely.distance(grown, clear) > 0.35
 
 
 def test_a_wall_close_to_the_robot_is_moved_off_it_and_stays_closed(seen):
     clear = WayAhead.at((0.0, -0.5, math.pi / 2.0)).swept(BODY, 0.3)
-    wall = outlined(KeptThings(seen.things_m), clear)
+    wall = outlined(KeptThings(seen.places_m[1]), clear)
     assert wall.boundary.distance(shapely.Point(0.0, 0.0)) > 0.3  # a gap as wide as the ground that is clear
-    moved_m = moved_off(seen.things_m, clear, 0.31)
+    moved_m = moved_off(seen.places_m[1], clear, 0.31)
     wall = outlined(KeptThings(moved_m), clear)
     assert not wall.intersects(clear.buffer(-1e-6))
     left = shapely.box(-1.5, -2.0, 1.5, 2.0).difference(wall.buffer(0.2))  # gaps that no body fits into

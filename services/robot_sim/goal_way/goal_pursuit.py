@@ -68,8 +68,6 @@ NEARER_M: Final = 0.01
 NEAR_M: Final = 0.15
 """Distance from where it stands, beyond the body's length, within which it may be as near as that: all of the body has
 to go by what is beside its front."""
-ALONG_M: Final = 0.05
-"""Least margin, as near as a robot that stands too near to something may drive on along it."""
 HASTE: Final = 0.3
 """Share of the time for which the present way is kept after which a driving robot takes the first way that it finds."""
 DETOUR: Final = 1.3
@@ -166,7 +164,8 @@ class GoalPursuit:
     @property
     def _seen_things(self) -> tuple[KeptThings, KeptThings]:
         """Seen things: those that stand, as a known outline explains them, and those that may move."""
-        return KeptThings(self._seen.standing_m), KeptThings(self._seen.things_m, self._farther_m)
+        standing_m, moving_m = self._seen.places_m
+        return KeptThings(standing_m), KeptThings(moving_m, self._farther_m)
 
     @property
     def _things(self) -> tuple[KeptThings, ...]:
@@ -264,8 +263,7 @@ class GoalPursuit:
             return None
         self._thorough_left -= 1
         leave = _Leave(self._standing_at(self._pose), WayAhead.at(self._pose))
-        margin_m = min(self._needed_m, self._levels_from_m(leave.begins)[-1])
-        found = yield from self._with_margin(margin_m, leave, AT_LAST)
+        found = yield from self._with_margin(self._needed_m, leave, AT_LAST)
         return None if found is None else ChosenWay(found[1].trajectory, found[0].cause)
 
     @property
@@ -374,16 +372,14 @@ class GoalPursuit:
         """Plan round what was seen, with as much margin as there is room for; None if there is no such way."""
         best: tuple[WayRequest, PlannedWay] | None = None
         levels_m = self._levels_from_m(leave.begins)
-        if self._shut_in and not (yield from self._is_way(leave, levels_m[-1])):
+        if self._shut_in and not (yield from self._is_way(leave)):
             return None
         latest_tick = self._emulator.tick_count + round(HASTE * self.keep_s * TICKS_PER_S)
         for margin_m in levels_m:
-            if best is not None and margin_m < self._needed_m:
-                break
             found = yield from self._with_margin(margin_m, leave, FORWARD)
             if found is None:
                 unasked = margin_m == levels_m[0] and leave.running is None and not self._shut_in
-                if unasked and not (yield from self._is_way(leave, levels_m[-1])):
+                if unasked and not (yield from self._is_way(leave)):
                     self._shut_in = True
                     return None
                 continue
@@ -398,10 +394,10 @@ class GoalPursuit:
         self._shut_in = best is None
         return best
 
-    def _is_way(self, leave: _Leave, least_m: float) -> Planning[bool]:
+    def _is_way(self, leave: _Leave) -> Planning[bool]:
         """Return whether there is a way with the least margin: else none is looked for with more."""
         search = BOTH_WAYS if leave.running is None else FORWARD
-        return (yield from self._made(least_m, leave, search)) is not None
+        return (yield from self._made(self._levels_m[-1], leave, search)) is not None
 
     @property
     def _least_s(self) -> float:
@@ -418,7 +414,7 @@ class GoalPursuit:
         if made is None:
             return None
         way = WayAhead.of(made[1].trajectory)
-        if not self._passes(way, leave.begins, margin_m):
+        if not self._passes(way, leave.begins):
             self.problem = "the robot stands too near to something to drive off"
         elif not search.no_reversing and not self._seen_free_behind(way):
             self.problem = "the only way leads backward over ground that the robot has not seen"
@@ -444,8 +440,6 @@ class GoalPursuit:
 
     def _planned_things(self, things: KeptThings, begins: WayAhead, margin_m: float) -> PlannedThings:
         """Return things for a plan with a margin: those nearer to where the way begins are moved off."""
-        if things.farther_m:
-            things = things._replace(farther_m=things.farther_m + max(self._needed_m - margin_m, 0.0))
         clear = begins.swept(self._body, margin_m + things.farther_m + STANDS_ON_M)
         by_m = margin_m - self._nearest_m(begins, things)
         return PlannedThings(things._replace(places_m=moved_off(things.places_m, clear, by_m)), clear)
@@ -459,7 +453,7 @@ class GoalPursuit:
         east, north = (SQUARE_M * math.ceil(high / SQUARE_M) + SQUARE_M for high in places.max(axis=0).tolist())
         return (west, south), (east, south), (east, north), (west, north)
 
-    def _passes(self, way: WayAhead, begins: WayAhead, margin_m: float) -> bool:
+    def _passes(self, way: WayAhead, begins: WayAhead) -> bool:
         """Return whether protection lets the robot drive a way: it comes no nearer to things than it may, or is."""
         needed_m, needed_now_m = self._needed_m, self._needed_now_m
         last = begins.poses[-1]
@@ -468,8 +462,7 @@ class GoalPursuit:
         first, rest = way.where(near), way.where(~near)
         return all(
             each.clearance_m(first, self._body, needed_now_m) >= self._nearest_m(begins, each)
-            and each.clearance_m(rest, self._body, needed_m)
-            >= (needed_m if each.farther_m else min(needed_m, margin_m))
+            and each.clearance_m(rest, self._body, needed_m) >= needed_m
             for each in self._things
         )
 
@@ -486,15 +479,9 @@ class GoalPursuit:
         return (wide_m, *(needed_m + wider_m for wider_m in WIDER_M[1:]))
 
     def _levels_from_m(self, begins: WayAhead) -> tuple[float, ...]:
-        """Margins to plan a way with: also as near as the robot may come where it begins.
-
-        Beside what stands, protection lets it go on as near as that: so it leaves a lane that is too narrow otherwise.
-        """
-        least_m = self._levels_m[-1]
-        nearest_m = min(
-            max(self._nearest_m(begins, each), least_m if each.farther_m else ALONG_M) for each in self._things
-        )
-        return tuple(sorted({*self._levels_m, nearest_m}, reverse=True))
+        """Margins to plan a way with: also as near as the robot may come where it begins, if that is farther."""
+        nearest_m = min(self._nearest_m(begins, each) for each in self._things)
+        return tuple(sorted({*self._levels_m, max(nearest_m, self._levels_m[-1])}, reverse=True))
 
     @property
     def _needed_m(self) -> float:

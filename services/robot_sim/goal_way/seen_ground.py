@@ -211,18 +211,11 @@ class SeenGround:
         self._cells.evidence[i, j] = FREE
 
     @property
-    def things_m(self) -> Floats:
-        """(n, 2) mean places of returns of what may move, one for each occupied cell."""
-        return self._places_m(stand=False)
-
-    @property
-    def standing_m(self) -> Floats:
-        """(n, 2) the same of returns that outlines explain, though they are not on them."""
-        return self._places_m(stand=True)
-
-    def _places_m(self, *, stand: bool) -> Floats:
-        cells = self._cells
-        return np.ascontiguousarray(cells.place_m[(cells.evidence >= OCCUPIED) & (cells.stands == stand)])
+    def places_m(self) -> tuple[Floats, Floats]:
+        """Mean places (n, 2) of returns that outlines explain, though not on them, and of those of what may move."""
+        occupied = self._cells.evidence >= OCCUPIED
+        places_m, stand = self._cells.place_m[occupied], self._cells.stands[occupied]
+        return np.ascontiguousarray(places_m[stand]), np.ascontiguousarray(places_m[~stand])
 
     def forget(self, before_tick: int) -> None:
         """Forget returns that were not seen again since a tick.
