@@ -67,23 +67,35 @@ def planner(*vehicles: str) -> None:
 
 
 def team() -> None:
-    """Compile what a team drives with."""
+    """Compile what a team and its coordinator need."""
     import numpy as np
 
-    from touchline.cli import main as touchline
     from touchline.coordination.coverage import coverage_of
-    from touchline.coordination.dispatch.task_routes import warm_up_routes
+    from touchline.coordination.density import DiscDensity
     from touchline.coordination.free_area import FreeArea
     from touchline.coordination.lloyd import EVEN
+    from touchline.schemas.team import TeamScenario
+    from touchline.services.coordinator.warm_up_team import warm_up_team
 
-    warm_up_routes()
     corner = FreeArea.of([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)])
-    coverage_of(corner, EVEN, 0.2).goals(np.array([(0.5, 1.5)]))
+    for density in (EVEN, DiscDensity(((0.5, 0.5, 0.2, 1.0),))):
+        coverage_of(corner, density, 0.2).goals(np.array([(0.5, 1.5)]))
     for avoid in ("cells", "plans", "barriers"):
-        sys.argv[1:] = ["fleet", "simulate", "--robots", "2", "--duration", "1", "--avoid", avoid]
-        with suppress(SystemExit), Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
-            touchline()
-    sys.argv[-1:] = ["plans", "--task", "swap", "--algorithm", "grid-ways"]
+        warm_up_team(TeamScenario(avoid=avoid), FreeArea.of([(0, 0), (8, 0), (8, 8), (0, 8)]))
+        run("fleet", "simulate", "--robots", "2", "--duration", "1", "--avoid", avoid)
+    run("fleet", "simulate", "--robots", "2", "--duration", "1", "--task", "swap", "--algorithm", "grid-ways")
+
+
+def estimating() -> None:
+    """Compile what an estimator runs with on a recording."""
+    run("estimate", str(Path(__file__).with_name("examples") / "sessions" / "square.mcap"))
+
+
+def run(*command: str) -> None:
+    """Run a command of Touchline without its output."""
+    from touchline.cli import main as touchline
+
+    sys.argv[1:] = command
     with suppress(SystemExit), Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
         touchline()
 
@@ -105,7 +117,7 @@ JOBS = (
         (
             Job("clay-roller", partial(robot, "clay-roller", "pure-pursuit", "mpc")),
             Job("turtlebot2", partial(robot, "turtlebot2", "mpc", "pure-pursuit"), (Job("team", team),)),
-            Job("learners", learners),
+            Job("learners", learners, (Job("estimator", estimating),)),
             Job("lidar", partial(seeing, "turf-tank-two", "mpc")),
         ),
     ),

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from touchline.coordination.coordination import Coordination, Reported
+from touchline.coordination.coordination import Coordination, Reported, plan_settings_of
 from touchline.coordination.dispatch.task_routes import warm_up_routes
 from touchline.coordination.exchange import Exchange
 from touchline.coordination.free_area import FreeArea
+from touchline.coordination.plans.committed_plans import warm_up_plans
 from touchline.coordination.team_status import team_status
 from touchline.schemas.messages import PlanState, Whereabouts
 from touchline.schemas.team import TaskSpec, TeamScenario
@@ -33,6 +34,8 @@ def warm_up_team(team: TeamScenario, area: FreeArea) -> None:
         exchange.at(tick, {name: _standing(team, tick / 100.0, x + k * off, y) for k, name in enumerate(names)})
     coordination.cells()
     team_status(coordination, area)
+    if team.by_plans:
+        warm_up_plans(plan_settings_of(team, certain=False).limits)
     warm_up_routes()
 
 

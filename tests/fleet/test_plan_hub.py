@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from tests.fleet.test_committed_plans import LIMITS, ROOM, at_nearest, scattered
+from touchline.coordination.dispatch import insertion_kernels
 from touchline.coordination.free_area import FreeArea
+from touchline.coordination.plans import plan_kernels
 from touchline.coordination.plans.barrier_plans import BarrierPlans
 from touchline.coordination.plans.committed_plans import CommittedPlans
 from touchline.coordination.plans.plan_hub import OffPlan, PlanHub, PlanSettings
@@ -18,6 +20,8 @@ from touchline.coordination.tasks import GoalLists
 from touchline.core import timed_motion as t
 from touchline.onboard.executive.plan_keeper import PlanKeeper
 from touchline.schemas.messages import Guidance, PlanState
+from touchline.schemas.team import TeamScenario
+from touchline.services.coordinator.warm_up_team import warm_up_team
 
 LOSSY = LIMITS._replace(lead_steps=12, drive_steps=12)
 SETTINGS = PlanSettings(LOSSY, lag_s=0.0, margin_m=0.02, certain=False, avoid="plans")
@@ -204,3 +208,12 @@ def test_a_robot_that_refuses_its_plan_is_named_where_every_plan_counts_as_follo
     hub.receive("a", PlanState(stamp_s=0.4, x_m=0.5, y_m=0.5, decided=number), 0.4)
     with pytest.raises(OffPlan, match="robot a has refused its plan"):
         hub.update(0.4)
+
+
+def test_a_coordinator_has_prepared_what_it_seldom_needs_before_robots_wait_for_it() -> None:
+    seldom = (plan_kernels.blocker, insertion_kernels.task_wh, insertion_kernels.left_wh)
+    with pytest.MonkeyPatch.context() as anew:
+        for each in seldom:
+            anew.setattr(each, "prepared", {})
+        warm_up_team(TeamScenario(avoid="plans"), FreeArea.of([(0, 0), (8, 0), (8, 8), (0, 8)]))
+        assert all(each.prepared for each in seldom)

@@ -59,7 +59,7 @@ def problem(
             np.zeros(robots),
             np.full(robots, charge_wh),
             away,
-            away[:, -1] if docks else none,
+            away[:, -1].copy() if docks else none,
             np.full(robots, 2 * tasks),
         ),
         TaskTable(
@@ -73,7 +73,7 @@ def problem(
         ),
         WaysBetween(
             between,
-            between[:, -1] if docks else np.full(len(docked), math.inf),
+            between[:, -1].copy() if docks else np.full(len(docked), math.inf),
             np.full(len(docked), 2 * tasks),
         ),
         RATES,

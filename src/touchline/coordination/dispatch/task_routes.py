@@ -15,6 +15,9 @@ from touchline.coordination.dispatch.insertion_kernels import (
     WaysBetween,
     drive_route,
     insert_all,
+    left_wh,
+    task_wh,
+    way_s,
 )
 
 Floats = NDArray[np.float64]
@@ -56,4 +59,7 @@ def warm_up_routes() -> None:
     ways = WaysBetween(np.ones((1, 1)), ones, none)
     tasks = TaskTable(none, none, zeros, zeros, zeros, ones, none)
     robots = FreeRobots(zeros, ones, np.ones((1, 1)), ones, none)
-    TaskRoutes(RoutingProblem(robots, tasks, ways, Rates(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0)))
+    problem = RoutingProblem(robots, tasks, ways, Rates(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0))
+    TaskRoutes(problem)
+    task_wh(way_s(1.0, problem.rates), 0, problem)
+    left_wh(0, problem)

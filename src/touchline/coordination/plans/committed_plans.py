@@ -356,3 +356,12 @@ class CommittedPlans:
         off = self.places - self.places[who]
         before = (np.abs(off) < _BEFORE * self._limits.apart_m) & ((off * np.conj(aim - self.places[who])).real > 0.0)
         return bool((before & there).any())
+
+
+def warm_up_plans(limits: k.PlanLimits) -> None:
+    """Compile or load the kernels by which a robot is pushed aside, which the first exchanges do not need."""
+    apart_m = limits.apart_m + _ROUNDING_M
+    far_m = 4.0 * (apart_m + limits.wall_m)
+    room = FreeArea.of([(-far_m, -far_m), (far_m, -far_m), (far_m, far_m), (-far_m, far_m)])
+    team = CommittedPlans(np.array([(0.0, 0.0, 0.0), (apart_m, 0.0, 0.0)]), room, limits)
+    team._clear_way(0, complex(limits.speed_max_mps), set())
