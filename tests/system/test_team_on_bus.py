@@ -74,7 +74,8 @@ def test_robots_that_touch_have_their_bumpers_pressed_at_the_same_tick_over_the_
     assert len(read_team(recording).contacts().pairs) == 1
 
 
-@pytest.mark.parametrize("avoid", [pytest.param("cells", marks=pytest.mark.full), "plans"])
+@pytest.mark.full
+@pytest.mark.parametrize("avoid", ["cells", "plans"])
 def test_an_algorithm_decides_the_same_over_the_bus(avoid: str, tmp_path: Path) -> None:
     pursuit = Path(__file__).parents[2] / "examples" / "teams" / "cyclic_pursuit.py"
     recording, algorithm = tmp_path / "team.mcap", ("--algorithm", f"{pursuit}:CyclicPursuit", "--avoid", avoid)

@@ -9,7 +9,7 @@ from touchline.onboard.executive.mission import Mission
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.truth import Truth
 
-HANDFUL = (3, 4)
+RECORDED, OTHER = 3, 4
 NUMBERS, BATCH = 10_000, 250
 RECORDED_EVERY = 20
 OPEN_PROPERTIES = frozenset(("EndsOrSaysWhy", "HonestSigma", "TrueReport"))
@@ -23,13 +23,9 @@ def rest_spraying(job):
     return (yield from REST(job))._replace(valve=True)
 
 
-@pytest.mark.parametrize("number", HANDFUL)
-def test_drawn_cases_are_well(number):
-    assert trouble_in(drawn(number)) is None
-
-
-def test_a_recorded_case_is_the_same_at_another_pace_and_again():
-    assert trouble_in(drawn(HANDFUL[0]), recorded=True) is None
+@pytest.mark.parametrize(("number", "recorded"), [(RECORDED, True), (OTHER, False)])
+def test_drawn_cases_are_well_and_the_same_from_a_recording_and_at_another_pace(number, recorded):
+    assert trouble_in(drawn(number), recorded=recorded) is None
 
 
 @pytest.mark.parametrize("path", sorted(FOUND.glob("*.json")), ids=lambda path: path.stem)
@@ -47,7 +43,7 @@ def test_what_is_open_still_fails(path):
 def test_what_is_found_is_shrunk_to_what_it_takes(monkeypatch, tmp_path):
     monkeypatch.setattr(Mission, "rest", rest_spraying)
     orders = (Order(tick=600, name="pause"), Order(tick=900, name="refill_tank"))
-    template = drawn(HANDFUL[0]).template
+    template = drawn(RECORDED).template
     case = Case(template=template, scenario=Scenario(truth=Truth(base_east_m=0.02)), orders=orders)
     trouble = trouble_in(case)
     assert trouble is not None and trouble.name == "ValveShut"

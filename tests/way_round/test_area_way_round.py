@@ -112,6 +112,7 @@ def test_the_reported_patches_are_those_of_a_raster_of_the_truth(stood: Covered)
     assert astray.sum() * CELL_M**2 <= slivers_m2 + 0.05, "what is not reported is covered, but for slivers"
 
 
+@pytest.mark.full
 def test_a_recording_of_it_can_be_run_again(stood: Covered) -> None:
     recording = stood.outcome.last.recording
     assert recording is not None and recording["complete"]
@@ -119,6 +120,7 @@ def test_a_recording_of_it_can_be_run_again(stood: Covered) -> None:
     assert verdict.passed, verdict
 
 
+@pytest.mark.full
 def test_over_the_bus_it_does_the_same(stood: Covered, bus_config: BusConfig) -> None:
     run, figures, told = run_in_one_process(YARD, QUICK, world(IN_YARD), bus_config)
     here = stood.outcome.figures(job())
