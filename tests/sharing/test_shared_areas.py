@@ -28,7 +28,7 @@ from touchline.schemas.template import Area, LineSpec, Polygon, Template, Templa
 
 pytestmark = pytest.mark.xdist_group("shared areas")  # by one worker, so that what is shared is planned once
 
-LONG_M, WIDE_M = 22.0, 14.0
+LONG_M, WIDE_M = 30.0, 20.0
 CORNERS = ((0.0, 0.0), (LONG_M, 0.0), (LONG_M, WIDE_M), (0.0, WIDE_M))
 PAN = Template(name="pan", areas=(Area(id="pan", outline=CORNERS),), boundary=Polygon(corners=CORNERS))
 ROLLER = load_vehicle("clay-roller")
@@ -58,7 +58,7 @@ def carried_out(job, *orders, listener=None):
 
 
 def test_one_is_paused_and_they_cover_as_much_as_was_planned_and_keep_apart(job):
-    both = carried_out(job, TeamOrder(25.0, 0, "pause"), TeamOrder(45.0, 0, "resume"))
+    both = carried_out(job, TeamOrder(40.0, 0, "pause"), TeamOrder(70.0, 0, "resume"))
     figures = team_figures(job, both, NAMES)
     json.dumps(figures)
     assert figures["success"] and all(order["done"] for order in figures["orders"])
