@@ -137,7 +137,7 @@ def test_a_noise_larger_than_the_files_say_is_named(inputs, sigma_m, tau_s, name
 
 
 def test_a_robot_that_does_not_go_where_it_heads_wanders_sideways(tmp_path):
-    lines = [LineSpec(start=(0.0, y), end=(25.0, y)) for y in (0.0, 3.0, 6.0)]
+    lines = [LineSpec(start=(0.0, y), end=(16.0, y)) for y in (0.0, 3.0, 6.0)]
     segments = tuple(TemplateSegment(id=f"l{i}", line=line) for i, line in enumerate(lines))
     job = Job.prepare(Template(name="lines", segments=segments), PlanOptions())
     path = tmp_path / "job.mcap"
