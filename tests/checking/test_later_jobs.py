@@ -118,6 +118,8 @@ def test_a_job_after_one_that_went_on_from_a_process_that_died_is_checked(tmp_pa
     amid = len(day.told)
     day.be_killed()
     day.order("start")
+    day.drive(60)
+    day.order("abort")
     day.drive()
     day.brief_job()
     first, second = check_recording(write(tmp_path / "amid.mcap", day.recorded(amid)), exact=True)

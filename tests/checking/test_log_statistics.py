@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from touchline.checking.reality import imu_statistics as imu
 from touchline.checking.reality import log_statistics as s
@@ -21,11 +22,9 @@ LENGTHS = (1, 2, 5, 10, 20)
 
 def gauss_markov(count, share, rng):
     """A process with standard deviation 1 that keeps a share of its value from step to step."""
-    found, fresh = np.zeros(count), math.sqrt(1.0 - share * share) * rng.normal(size=count)
-    found[0] = rng.normal()
-    for i in range(1, count):
-        found[i] = share * found[i - 1] + fresh[i]
-    return found
+    fresh = math.sqrt(1.0 - share * share) * rng.normal(size=count)
+    fresh[0] = rng.normal()
+    return lfilter([1.0], [1.0, -share], fresh)
 
 
 def drive(seconds=400.0, rest_s=20.0, turn_radps=0.05):

@@ -135,6 +135,10 @@ LATE = {"paint judged by another width", "valve delay", "a nozzle 1 cm off", "a 
 #: Found as others of their part are.
 FURTHER = (
     "wheels that slip otherwise",
+    "a heavier body",
+    "valve delay",
+    "a nozzle 1 cm off",
+    "whiter fixes",
     "another soil",
     "a noisier gyro",
     "an accelerometer that drifts",

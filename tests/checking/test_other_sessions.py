@@ -72,8 +72,8 @@ def test_what_goes_on_from_a_process_that_died_is_done_again(resumed):
 def test_a_later_job_is_not_done_again_without_the_robots_state_at_its_begin(tmp_path):
     """As in recordings that are older than these."""
     day = Day()
-    day.job()
-    day.job()
+    day.brief_job()
+    day.brief_job()
     told = [each for each in day.later(0) if each[0] is not topics.INITIAL_STATE]
     (verdict,) = check_recording(write(tmp_path / "second.mcap", told))
     assert re.search(r"running for [\d.]+ s of sim time before the recording begins", verdict.problem)

@@ -17,6 +17,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Polygon
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
 
+pytestmark = pytest.mark.xdist_group("area figures")  # by one worker, so that it is recorded once
 CLAY = Scenario(seed=2, ground={"surface": "clay"})
 
 

@@ -76,7 +76,7 @@ def test_the_pages_package_paints_and_a_session_checked_without_it_names_it(exam
     chosen = ("--method", "gentle", "--area-method", "there", "--follower", "careful", "--record", "lawn.mcap")
     (tmp_path / "glare.json").write_text('{"faults": [{"kind": "glare", "start_s": 2, "duration_s": 1}]}')
     simulate = ("simulate", "lawn.json", *chosen, "--scenario", "glare.json", "--json")
-    (done,) = touchline(example, simulate, cwd=tmp_path)
+    done, there = touchline(example, simulate, ("check", "lawn.mcap"), cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "warning" not in done.stderr
     figures = json.loads(done.stdout)
@@ -84,7 +84,6 @@ def test_the_pages_package_paints_and_a_session_checked_without_it_names_it(exam
     assert {each["id"] for each in figures["segments"]} == {"edge", "lawn#1", "lawn#2"}
     info = json.loads(touchline_here("info", str(tmp_path / "lawn.mcap"), "--json").stdout)
     assert info["metadata"]["touchline_made_by"]["plugin gentle-turns"] == "0.1"
-    (there,) = touchline(example, ("check", "lawn.mcap"), cwd=tmp_path)
     assert there.returncode == 0, there.stderr
     without = touchline_here("check", str(tmp_path / "lawn.mcap"))
     assert without.returncode == 1

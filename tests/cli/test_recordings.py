@@ -1,17 +1,12 @@
 """Recordings from the command line: what cannot be recorded is refused at once, and endings are told."""
 
-import os
-import signal
 import subprocess
-import sys
 import threading
-import time
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
-from tests.bridge.said import messages, record
 from tests.command import app
 from tests.system.commands import touchline_here
 from touchline.bus import Bus, BusConfig, HealthReporter
@@ -25,16 +20,6 @@ from touchline.schemas.messages import (
     RecordStopRequest,
     RecordStopResponse,
 )
-
-ROOT = Path(__file__).resolve().parents[2]
-
-
-def touchline(config: BusConfig, *arguments: str) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "touchline", *arguments]
-    environment = {**os.environ, **config.environment()}
-    return subprocess.Popen(
-        command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
 
 
 @pytest.mark.parametrize(
@@ -120,17 +105,3 @@ def test_the_end_of_a_recording_is_told_at_once(bus_config: BusConfig, tmp_path:
 
 def test_a_recording_that_somebody_else_has_stopped_is_told(bus_config: BusConfig, tmp_path: Path) -> None:
     assert "somebody else has stopped it" in recorded_until(bus_config, tmp_path / "a.mcap", "").stderr
-
-
-def test_ctrl_c_in_a_replay_exits_130(bus_config: BusConfig, tmp_path: Path) -> None:
-    path = record(tmp_path / "a.mcap", messages(6000)).finish().path
-    with Bus.open(topics.OBSERVER, bus_config) as bus:
-        clock = bus.inbox([topics.CLOCK])
-        process = touchline(bus_config, "replay", str(path), "--json")
-        deadline = time.monotonic() + 100.0
-        while not clock.drain() and time.monotonic() < deadline:
-            time.sleep(0.01)
-        process.send_signal(signal.SIGINT)
-        output, _ = process.communicate(timeout=100.0)
-    assert process.returncode == 130
-    assert '"sent"' in output

@@ -19,8 +19,9 @@ SESSION = Path(__file__).resolve().parents[2] / "examples" / "sessions" / "squar
 
 def test_a_replay_is_controlled_from_elsewhere(touchline_on_bus, bus_config):
     assert touchline_on_bus("playback", "pause")[0] == 2  # there is none
-    command = [sys.executable, "-m", "touchline", "replay", str(SESSION), "--paused"]
-    process = subprocess.Popen(command, env={**os.environ, **bus_config.environment()}, stdin=subprocess.DEVNULL)
+    command = [sys.executable, "-m", "touchline", "replay", str(SESSION), "--paused", "--json"]
+    environment = {**os.environ, **bus_config.environment()}
+    process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
     try:
         with Bus.open(topics.OBSERVER, bus_config) as bus:
             presence = bus.presence()
@@ -43,7 +44,8 @@ def test_a_replay_is_controlled_from_elsewhere(touchline_on_bus, bus_config):
         # Two under one name; on a busy machine one may not hear of the other in time.
         assert eventually(lambda: "already running" in touchline_on_bus("replay", str(SESSION), "--speed", "max")[2])
         process.send_signal(signal.SIGINT)
-        assert process.wait(60) == 130
+        output, _ = process.communicate(timeout=60)
+        assert (process.returncode, b'"sent"' in output) == (130, True)
     finally:
         process.kill()
         process.wait()

@@ -73,9 +73,11 @@ def test_the_report_is_of_both_together_and_of_each(undisturbed):
     assert hashes["r1"] != hashes["r2"], "of another seed"
 
 
-def test_orders_have_the_other_do_the_rest_and_what_came_of_each_is_told(rows):
+def test_orders_have_the_other_do_the_rest_and_what_came_of_each_is_told(rows, undisturbed):
     late = ("110:2:remove", "110:2:take-over")
-    code, told, said = ordered(rows, "20:2:take-over", "21:2:fail", "22:2:fail", "30:2:take-over", *late)
+    code, told, said = ordered(
+        rows, "20:2:take-over", "21:2:fail", "22:2:fail", "30:2:take-over", *late, options=("--hash",)
+    )
     assert code == 0, said
     assert told["paint"]["coverage_pct"] > 99.8 and told["traversal"]["left_out_m"] == 0.0
     came = [(each["at_s"], each["robot"], each["order"], each["done"]) for each in told["orders"]]
@@ -90,6 +92,8 @@ def test_orders_have_the_other_do_the_rest_and_what_came_of_each_is_told(rows):
     assert "m cannot be reached" in told["orders"][3]["outcome"] and "r1: row-" in told["orders"][5]["outcome"]
     assert "nothing: r2 has not failed" in said and "110 s: r2 remove: carried away" in said
     assert len(told["robots"]["r1"]["taken_over"]) == 2 and told["robots"]["r2"]["taken_over"] == []
+    assert set(told["hash"]["robots"]) == {"r1", "r1 (2)", "r1 (3)", "r2"}
+    assert told["hash"]["robots"]["r2"] != undisturbed["hash"]["robots"]["r2"]
 
 
 def test_a_pause_longer_than_patience_is_waited_for_where_an_order_ends_it(rows, monkeypatch):
@@ -103,10 +107,3 @@ def test_when_nobody_is_left_the_rest_is_refused_and_the_job_fails(rows):
     code, told, _ = ordered(rows, "10:1:fail", "11:2:fail", "12:1:take-over")
     assert code == 1 and not told["success"] and "has no robot that can do it" in told["reason"]
     assert not told["orders"][2]["done"] and "has no robot" in told["orders"][2]["outcome"]
-
-
-def test_hashes_tell_orders_apart(rows, undisturbed):
-    code, told, said = ordered(rows, "10:2:fail", "11:2:remove", "12:2:take-over", options=("--hash",))
-    assert code == 0, said
-    assert set(told["hash"]["robots"]) == {"r1", "r1 (2)", "r2"}
-    assert told["hash"]["robots"]["r2"] != undisturbed["hash"]["robots"]["r2"]

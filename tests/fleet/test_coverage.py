@@ -97,7 +97,7 @@ def test_the_cost_never_rises_and_nobody_leaves_the_area(name: str) -> None:
         places = rng.uniform(low, high, (200, 2))
         places = places[area.holds(places, WALL_M)][:robots]
         costs = []
-        for _ in range(60):
+        for _ in range(40):
             costs.append(rule.deployment(places).cost)
             step = rule.goals(places) - places
             places = places + step * np.minimum(1.0, 0.2 / np.maximum(np.hypot(*step.T), 0.2))[:, None]
@@ -113,14 +113,20 @@ def least_cost(area: FreeArea, robots: int) -> float:
     places = places[area.holds(places, WALL_M)]
     away = np.array([rule._shares.of(place[None]).lengths_m ** 2 for place in places])
     least = math.inf
-    for some in itertools.combinations(range(len(places)), robots - 1):
-        nearest = np.minimum.reduce(away[list(some)])
-        least = min(least, float(np.minimum(away, nearest).sum(axis=1).min()) * PITCH_M**2)
+    for some in itertools.combinations(range(len(places) - 1), robots - 1):
+        nearest, others = np.minimum.reduce(away[list(some)]), away[some[-1] + 1 :]
+        least = min(least, float(np.minimum(others, nearest).sum(axis=1).min()) * PITCH_M**2)
     return least
 
 
+@pytest.fixture(scope="module")
+def least_of_u() -> float:
+    return least_cost(U_SHAPE, 3)
+
+
+@pytest.mark.xdist_group("team")
 @pytest.mark.parametrize("avoid", ["cells", "plans"])
-def test_emulated_robots_spread_round_the_corners_of_a_u(avoid: str) -> None:
+def test_emulated_robots_spread_round_the_corners_of_a_u(avoid: str, least_of_u: float) -> None:
     places = {f"tb{k}": {"x_m": 0.7, "y_m": 4.2 + 0.6 * k, "heading_rad": 0.0} for k in range(3)}
     team = {"area": {"outline": U_RING}, "places": places, "avoid": avoid, "duration_s": 60.0}
     run = TeamRun(TeamScenario.model_validate(team))
@@ -128,5 +134,5 @@ def test_emulated_robots_spread_round_the_corners_of_a_u(avoid: str) -> None:
     figures, costs = team_figures(run, 1.0), np.array(run.trace.cost)
     assert figures["success"], figures["reason"]
     assert figures["beyond_walls_robot_s"] == 0.0
-    assert costs[-1] <= 1.01 * least_cost(run.area, 3)
+    assert costs[-1] <= 1.01 * least_of_u
     assert np.diff(costs).max() <= 0.005 * costs[-1]

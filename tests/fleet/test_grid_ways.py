@@ -58,7 +58,7 @@ def problems_default() -> tuple[AgentGrid, Ints, Ints]:
 
 
 @given(problems())
-@settings(max_examples=150)
+@settings(max_examples=50)
 def test_moves_are_valid_or_there_are_none(problem: tuple[AgentGrid, Ints, Ints]) -> None:
     grid, starts, goals = problem
     board = board_of(grid, goals)

@@ -10,6 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from tests.fleet.test_committed_plans import LIMITS, PERIOD_S, ROUNDING_M
+from tests.with_full import with_full
 from touchline.coordination.algorithms.team_algorithm import GoalWish
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.geodesics import Geodesics
@@ -128,7 +129,7 @@ def through(area: FreeArea, starts: Floats, goals: Floats) -> float:
     return now_s
 
 
-@pytest.mark.parametrize(("width_m", "most_s"), [(0.7, 50.0), (0.92, 25.0), (1.2, 25.0), (2.0, 25.0)])
+@pytest.mark.parametrize(("width_m", "most_s"), with_full((0.7, 50.0), (1.2, 25.0), full=[(0.92, 25.0), (2.0, 25.0)]))
 def test_four_robots_on_each_side_of_a_passage_change_sides(width_m: float, most_s: float) -> None:
     y = np.array([0.8, 1.9, 3.0, 4.1])
     left, right = np.column_stack((np.full(4, 1.0), y)), np.column_stack((np.full(4, 9.0), y))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.fleet.test_committed_plans import LIMITS, ROOM, at_nearest, scattered
+from tests.with_full import with_full
 from touchline.coordination.dispatch import insertion_kernels
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.plans import plan_kernels
@@ -51,7 +52,12 @@ class Robots:
         return PlanState(stamp_s=tick / 100.0, **motion, **numbers)
 
 
-@pytest.mark.parametrize(("avoid", "seed"), [*(("plans", seed) for seed in range(6)), ("barriers", 0), ("barriers", 1)])
+@pytest.mark.parametrize(
+    ("avoid", "seed"),
+    with_full(
+        ("plans", 0), ("plans", 1), ("barriers", 0), full=[*(("plans", k) for k in range(2, 6)), ("barriers", 1)]
+    ),
+)
 def test_no_two_robots_meet_when_half_of_all_messages_are_lost(avoid: Literal["plans", "barriers"], seed: int) -> None:
     rng = np.random.default_rng(seed)
     names = [f"tb{number:02}" for number in range(10)]

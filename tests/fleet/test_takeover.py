@@ -9,6 +9,7 @@ import pytest
 
 from tests.fleet.test_committed_plans import LIMITS, scattered
 from tests.fleet.test_plan_hub import OPEN, ROUNDING_M, SETTINGS, Robots
+from tests.with_full import with_full
 from touchline.bus import Bus, BusConfig
 from touchline.coordination.plans.plan_hub import FollowedPlan, PlanHub
 from touchline.coordination.tasks import GoalLists
@@ -111,7 +112,7 @@ class Run:
                 self._letters.append((tick + int(self.rng.integers(0, 80)), name, coordinator, message))
 
 
-@pytest.mark.parametrize("seed", [1, 2, *(pytest.param(seed, marks=pytest.mark.full) for seed in range(3, 20))])
+@pytest.mark.parametrize("seed", with_full(1, full=range(2, 20)))
 def test_no_two_robots_meet_while_coordinators_take_over_and_former_ones_go_on(seed: int) -> None:
     run = Run(seed, fenced=True)
     run.run(2400, takeovers=(600, 1400))

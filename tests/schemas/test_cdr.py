@@ -32,7 +32,7 @@ def native(description: Any, value: Any) -> Any:
     return [native(inner, item) for item in value]
 
 
-@quick(5)
+@quick(3)
 @given(data=st.data())
 def holds_for_any(kind: type[Message], form: Wellformed, data: st.DataObject) -> None:
     """A message of a type is encoded as by rosbags; its parts are none, and other bytes are one or a payload error."""

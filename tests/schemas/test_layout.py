@@ -31,7 +31,7 @@ def test_a_fixed_layout_packs_what_encode_encodes() -> None:
         packs_any(kind)
 
 
-@quick(4)
+@quick(2)
 @given(data=st.data())
 def packs_any(kind: type[Message], data: st.DataObject) -> None:
     message = data.draw(models(kind))

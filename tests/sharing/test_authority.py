@@ -64,8 +64,9 @@ class Robot:
 @pytest.mark.parametrize(
     ("until_m", "follower"),
     [
-        *((until_m, "mpc") for until_m in (0.0, 2.0, BETWEEN)),
+        *((until_m, "mpc") for until_m in (0.0, BETWEEN)),
         (BETWEEN, "pure-pursuit"),
+        pytest.param(2.0, "mpc", marks=pytest.mark.full),
         *(pytest.param(until_m, "pure-pursuit", marks=pytest.mark.full) for until_m in (0.0, 2.0)),
         *(pytest.param(until_m, "nonlinear", marks=pytest.mark.full) for until_m in (0.0, 2.0, BETWEEN)),
     ],

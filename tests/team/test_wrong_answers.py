@@ -38,7 +38,7 @@ TEAM = TeamScenario.model_validate(
     {"places": {name: {"x_m": x, "y_m": y, "heading_rad": 0.0} for name, (x, y) in PLACES.items()}}
 )
 STEADY = VelocityWish(-0.3, 0.0)
-EXAMPLES = int(os.environ.get("TOUCHLINE_WRONG_ANSWERS", "200"))
+EXAMPLES = int(os.environ.get("TOUCHLINE_WRONG_ANSWERS", "60"))
 """Examples of each test."""
 
 

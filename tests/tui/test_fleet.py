@@ -9,6 +9,7 @@ from textual.widgets import Static
 from tests.tui.console import plain, until
 from tests.tui.fleets import S, asked, fleet, fleet_console
 from tests.tui.scenes import received
+from tests.with_full import with_full
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.messages import TeamCell, TeamCells
@@ -226,7 +227,7 @@ async def test_only_the_robot_in_view_is_listened_to_closely_once_the_operator_r
         assert closely(scene) == [False, True, True, False], "r02 still has a goal to set"
 
 
-@pytest.mark.parametrize(("count", "size"), [(256, (10, 3)), (50, (200, 60))])
+@pytest.mark.parametrize(("count", "size"), with_full((256, (10, 3)), full=[(50, (200, 60))]))
 async def test_hundreds_of_robots_fit_any_terminal_whatever_is_pressed(count: int, size: tuple[int, int]):
     async with fleet_console(fleet(count), "v", size=size) as scene:
         for key in ("down", "pagedown", "end", "m", "plus", "f", "0", "m", "n", "up", "m", "minus"):

@@ -18,7 +18,7 @@ from touchline.tui.raster import Polyline
 from touchline.tui.viewport import Viewport
 
 WIDTH_M = 2.2
-LENGTH_M, BREADTH_M = 93.0, 46.0
+LENGTH_M, BREADTH_M = 40.0, 20.0
 FIELD = ((0.0, 0.0), (LENGTH_M, 0.0), (LENGTH_M, BREADTH_M), (0.0, BREADTH_M))
 AREAS = (Area(id="pan", outline=FIELD),)
 
@@ -26,7 +26,7 @@ AREAS = (Area(id="pan", outline=FIELD),)
 def lanes(*gaps: tuple[int, float, float]) -> Polyline:
     """Lanes 2 m apart over all of the field, but for gaps: (lane, from x, to x)."""
     strokes = []
-    for lane in range(23):
+    for lane in range(10):
         y, begin = 1.0 + 2.0 * lane, -1.0
         for _, start, end in sorted(gap for gap in gaps if gap[0] == lane):
             strokes.append(((begin, start), (y, y)))
@@ -48,11 +48,11 @@ def view_of(columns: int, rows: int) -> Viewport:
     return Viewport(columns, rows).fitted((0.0, 0.0, LENGTH_M, BREADTH_M))
 
 
-@pytest.mark.parametrize("size", [(44, 12), (70, 26), (140, 44), (8, 3)])
+@pytest.mark.parametrize("size", [(19, 5), (30, 11), (60, 19), (4, 2)])
 def test_every_patch_is_seen_where_it_is(size: tuple[int, int]) -> None:
     """Also where a dot is several times as large as the patch, and between its middle and the next one's."""
     view = view_of(*size)
-    gaps = [(2, 10.07, 10.47), (7, 31.9, 34.9), (7, 60.2, 61.2), (15, 83.4, 83.8), (21, 45.0, 45.4)]
+    gaps = [(1, 4.07, 4.47), (3, 13.9, 16.9), (3, 26.2, 27.2), (6, 35.4, 35.8), (9, 19.0, 19.4)]
     marked = seen(view, lanes(*gaps))
     assert marked, "something"
     for lane, begin, end in gaps:
@@ -64,10 +64,10 @@ def test_every_patch_is_seen_where_it_is(size: tuple[int, int]) -> None:
 
 def test_a_strip_between_two_lanes_is_seen_all_along() -> None:
     way = lanes()
-    keep = np.abs(way.y_m - 21.0) > 0.1
-    shifted = Polyline(way.x_m[keep], way.y_m[keep] + np.where(way.y_m[keep] > 21.0, -0.6, 0.0), way.joined[keep])
-    marked = seen(view_of(44, 12), shifted)
-    assert len({column for column, _ in marked}) >= 40
+    keep = np.abs(way.y_m - 9.0) > 0.1
+    shifted = Polyline(way.x_m[keep], way.y_m[keep] + np.where(way.y_m[keep] > 9.0, -0.6, 0.0), way.joined[keep])
+    marked = seen(view_of(19, 5), shifted)
+    assert len({column for column, _ in marked}) >= 17
 
 
 def test_a_view_that_is_panned_and_zoomed_does_not_draw_the_ground_anew() -> None:
@@ -81,8 +81,8 @@ def test_a_view_that_is_panned_and_zoomed_does_not_draw_the_ground_anew() -> Non
 
 
 def test_what_the_report_names_is_marked_even_if_the_console_saw_it_covered() -> None:
-    view = view_of(44, 12)
-    assert seen(view, lanes(), missed=((50.0, 20.0),)) == [view.to_cell(50.0, 20.0)]
+    view = view_of(19, 5)
+    assert seen(view, lanes(), missed=((21.0, 9.0),)) == [view.to_cell(21.0, 9.0)]
 
 
 async def test_patches_are_listed_with_size_and_place() -> None:

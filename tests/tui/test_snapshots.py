@@ -10,6 +10,7 @@ from tests.tui import fleets, scenes
 from tests.tui.console import settle
 from tests.tui.scenes import FakeLink, FakeLinks
 from tests.tui.test_unfinished_job import aborted
+from tests.with_full import with_full
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.template import Template
@@ -27,9 +28,10 @@ def app_with(events: list[Incoming]) -> ConsoleApp:
 def settled(*keys: str) -> Callable[[Pilot[Any]], Awaitable[None]]:
     async def run_before(pilot: Pilot[Any]) -> None:
         await settle(pilot)
-        await pilot.press(*keys)
-        await pilot.pause()
-        await settle(pilot)
+        if keys:
+            await pilot.press(*keys)
+            await pilot.pause()
+            await settle(pilot)
 
     return run_before
 
@@ -68,8 +70,14 @@ PICTURES: dict[str, tuple[Callable[[], ConsoleApp], tuple[int, int], tuple[str, 
     "order to all": (lambda: ConsoleApp(FakeLinks(fleets.fleet(50)), clock=lambda: 1.0), NARROW, ("v", "x")),
 }
 
+LARGER = ("mid-run, normal", "aborted, normal")
+"""Laid out as the same at another size."""
+IN_FULL_SIZES = pytest.mark.parametrize(
+    "size", [pytest.param(NARROW, id="narrow"), pytest.param(NORMAL, id="normal", marks=pytest.mark.full)]
+)
 
-@pytest.mark.parametrize("name", PICTURES)
+
+@pytest.mark.parametrize("name", with_full(*(name for name in PICTURES if name not in LARGER), full=LARGER))
 def test_it_looks_like_this(snap_compare: Compare, name: str) -> None:
     app, size, keys = PICTURES[name]
     assert snap_compare(app(), terminal_size=size, run_before=settled(*keys))
@@ -83,7 +91,7 @@ def test_plan_made(snap_compare: Compare, template: Template) -> None:
     assert snap_compare(app, terminal_size=(120, 40), run_before=settled())
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 40)], ids=["narrow", "normal"])
+@IN_FULL_SIZES
 def test_three_robots_of_which_one_has_not_acknowledged_a_stop(
     snap_compare: Compare, template: Template, size: tuple[int, int]
 ) -> None:
@@ -108,7 +116,7 @@ def test_a_frozen_robot_that_does_not_acknowledge_a_stop(snap_compare: Compare, 
     assert snap_compare(app, terminal_size=(80, 24), run_before=frozen)
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 40)], ids=["narrow", "normal"])
+@IN_FULL_SIZES
 def test_aiming_at_a_goal(snap_compare: Compare, size: tuple[int, int]) -> None:
     link = FakeLink(incoming=[*scenes.standing(), *scenes.uncertain()])
     app = ConsoleApp(link, clock=lambda: 1.0)
@@ -122,7 +130,7 @@ def test_aiming_at_a_goal(snap_compare: Compare, size: tuple[int, int]) -> None:
     assert snap_compare(app, terminal_size=size, run_before=aimed)
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 40)], ids=["narrow", "normal"])
+@IN_FULL_SIZES
 def test_aiming_at_another_goal_amid_a_drive(snap_compare: Compare, size: tuple[int, int]) -> None:
     app = app_with([*scenes.standing(), *scenes.on_the_drive()])
 
@@ -137,7 +145,9 @@ def test_aiming_at_another_goal_amid_a_drive(snap_compare: Compare, size: tuple[
     assert snap_compare(app, terminal_size=size, run_before=aimed)
 
 
-@pytest.mark.parametrize("size", [(80, 24), (200, 60)], ids=["narrow", "wide"])
+@pytest.mark.parametrize(
+    "size", [pytest.param(NARROW, id="narrow"), pytest.param(WIDE, id="wide", marks=pytest.mark.full)]
+)
 def test_a_fleet_of_fifty_with_some_in_trouble(snap_compare: Compare, size: tuple[int, int]) -> None:
     links = fleets.fleet(50)
     links["r17"].incoming.append(NodeChanged(topics.ROBOT_SIM, False))

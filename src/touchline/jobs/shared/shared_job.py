@@ -205,7 +205,9 @@ def _best_of(jobs: Iterable[SharedJob | None]) -> SharedJob | None:
 
 def _assigned(sharing: Sharing, starts: Sequence[Start | None]) -> Sharing:
     """Return the same shares, each given to a robot that stands near it."""
-    from scipy.optimize import linear_sum_assignment
+    if not any(starts):
+        return sharing
+    from scipy.optimize import linear_sum_assignment  # here: it takes half a second
 
     off = np.zeros((len(starts), len(starts)))
     for robot, start in enumerate(starts):
