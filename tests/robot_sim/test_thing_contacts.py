@@ -46,11 +46,10 @@ def run(world, seconds, command=STOP):
 def depth(world):
     """Greatest depth of anything inside the robot's outline, by shapely."""
     import shapely
-    from shapely import affinity
 
     things, (east, north, heading) = world.surroundings.things, world.pose
-    body = shapely.Polygon(things.outline[:, :2])
-    body = affinity.translate(affinity.rotate(body, heading, (0, 0), use_radians=True), east, north)
+    cos, sin = math.cos(heading), math.sin(heading)
+    body = shapely.Polygon(things.outline[:, :2] @ np.array([(cos, sin), (-sin, cos)]) + (east, north))
     deepest = 0.0
     for row, first, end in zip(things.fixed, things.first[:-1], things.first[1:], strict=True):
         if row[t.F_RADIUS]:
