@@ -17,7 +17,7 @@ from touchline.supervision.priority import USUAL, run_at
 # The machine is shared: how long an example takes, or the making of it, says nothing. Examples are the same every time,
 # so that a test fails for what has been changed; to look for others, use --hypothesis-profile=search.
 settings.register_profile("search", deadline=None, derandomize=False, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("same", settings.get_profile("search"), derandomize=True)
+settings.register_profile("same", settings.get_profile("search"), derandomize=True, max_examples=30)
 settings.load_profile("same")
 
 # Every module of the house is loaded here, and looking through all that for garbage time and again took a fifth of the

@@ -123,9 +123,9 @@ def test_without_any_extra_recordings_are_read_and_the_rest_says_in_a_line_what_
 
 
 def test_planning_simulating_and_checking_take_no_more_than_their_extra() -> None:
-    done = done_with(("sim", "numba"), "simulate study-square", "plan tennis", f"check {SQUARE} --workers 1")
+    done = done_with(("sim", "numba"), "simulate study-square", "plan study-square", f"check {SQUARE} --workers 1")
     assert [code for code, _ in done] == [0] * 3, done
-    [(code, said)] = done_with(("sim", "numba"), "simulate tennis --plot a.svg")
+    [(code, said)] = done_with(("sim", "numba"), "simulate study-square --plot a.svg")
     assert code == 2 and said.startswith("error: --plot needs a package that is not installed: pip install 'matplotlib")
 
 

@@ -181,21 +181,17 @@ def test_lists_in_kernels_are_given_back() -> None:
     assert grown_kb() < 8_000  # 200 lists have 16 MB
 
 
-def test_a_kernel_that_cannot_be_typed_is_told() -> None:
+def test_a_kernel_that_cannot_be_typed_is_told_and_garbage_is_collected_as_before() -> None:
     from numba.core.errors import TypingError  # here: few workers compile anything
 
-    _, outer = chain()
-    with pytest.raises(TypingError, match="inner"):
-        outer(None)
-    assert outer(1.0) == 12.0
-
-
-def test_garbage_is_collected_as_before() -> None:
     _, outer = chain()
     before = gc.get_threshold()
     gc.set_threshold(701, 11, 9)
     try:
-        outer(1.0)
+        with pytest.raises(TypingError, match="inner"):
+            outer(None)
+        assert gc.get_threshold() == (701, 11, 9)
+        assert outer(1.0) == 12.0
         assert gc.get_threshold() == (701, 11, 9)
     finally:
         gc.set_threshold(*before)
@@ -345,7 +341,7 @@ def test_a_function_for_some_types_takes_what_is_the_same_object_for_unchanged()
     assert (code(scaled, 0.0), code(scaled, 1.0), code(Scaled(2.0, rows + 1.0), 1.0)) == (30.0, 31.0, 43.0)
     rows[0, 0] = 5.0
     assert (code(scaled, 1.0), total(scaled, 1.0)) == (41.0, 41.0)
-    for others in (rows.astype(np.float32), rows.T, rows[0], rows[:, ::2]):
+    for others in (rows.astype(np.float32), rows[:, ::2]):
         scaled = Scaled(1.0, others)
         assert total.for_types_of((scaled, 0.0))(scaled, 0.0) == others.sum()
 

@@ -22,9 +22,9 @@ LINE = trajectory(chain((0.0, 12.0)), sprays=((5.0, 10.0),))
 WARNING_TICKS = 200
 
 
-def under_way(arc_length_m: float = 6.0) -> Run:
-    run = start(LINE, "mpc")  # which a blocked wheel leads less far off its line
-    run.until_arc(arc_length_m)
+def under_way(follower: str = "pure-pursuit") -> Run:
+    run = start(LINE, follower)
+    run.until_arc(6.0)
     return run
 
 
@@ -67,7 +67,7 @@ CAUSES: list[tuple[Callable[[Run], object], int, str, bool]] = [
 def test_every_pause_reports_who_ordered_it_and_what_ends_it(
     happens: Callable[[Run], object], cause: int, source: str, by_itself: bool
 ) -> None:
-    run = under_way()
+    run = under_way("mpc")  # which a blocked wheel leads less far off its line
     happens(run)
     run.until(PAUSED)
     assert pause_of(run)[:3] == (cause, source, by_itself)
@@ -86,7 +86,7 @@ def test_a_released_emergency_stop_waits_for_a_person() -> None:
 
 
 def test_a_robot_that_goes_on_by_itself_warns_two_seconds_before() -> None:
-    run = under_way()
+    run = under_way("mpc")
     without_fix(run)
     assert run.onboard.warning is None
     earliest = pause_of(run).earliest_tick
@@ -290,7 +290,7 @@ def test_the_reason_does_not_outlive_a_refill() -> None:
 
 
 def test_a_blocked_wheel_is_not_over_because_it_stands() -> None:
-    run = under_way()
+    run = under_way("mpc")
     run.rig.blocked = 0
     run.until(PAUSED)
     reason = run.onboard.status.reason

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pytest
 import shapely
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
@@ -53,7 +53,6 @@ def band(swath: Curve, width_m: float) -> shapely.Polygon:
     return line.buffer(0.5 * width_m, cap_style="flat")
 
 
-@settings(max_examples=40)
 @given(areas(), floats(0.08, 0.7))
 def test_swaths_cover_an_area_and_keep_to_it(area: Area, width_m: float) -> None:
     polygon = shapely.Polygon(area.outline, area.holes)

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.planner.strategies import floats, pose_pairs
@@ -34,7 +34,6 @@ ORIGIN = PathPose(0.0, 0.0, 0.0)
 
 
 @given(pose_pairs())
-@settings(max_examples=60)
 def test_no_plain_dubins_path_is_shorter_than_its_bound(pair: tuple[PathPose, PathPose]) -> None:
     z, turn = pair[1].seen_from(pair[0])
     length = sum(piece.length_m for piece in dubins_pieces(*pair, 1.0))
@@ -79,7 +78,6 @@ def test_of_all_turns_the_quickest_is_found_without_trying_all(curvature: float)
 
 
 @given(pose_pairs(), floats(-0.5, 0.5), st.sampled_from([0.0, 0.2]))
-@settings(max_examples=50)
 def test_no_transition_with_a_standstill_is_quicker_than_its_bound(
     pair: tuple[PathPose, PathPose], first: float, last: float
 ) -> None:

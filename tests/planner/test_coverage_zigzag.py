@@ -4,7 +4,7 @@ import math
 
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 
 from tests.planner.coverage_fields import PAN, ROLLER, covered_pct
 from tests.planner.strategies import floats
@@ -16,7 +16,6 @@ from touchline.services.planner.coverage.zigzag import slide_angle, zigzag
 pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
 
 
-@settings(max_examples=100)
 @given(floats(0.2, 6.0), floats(1.0, 4.0), floats(0.5, 6.0), floats(0.1, 1.2))
 def test_a_slide_leads_to_the_next_lane(width_m: float, overlapping: float, wheelbase_m: float, angle: float) -> None:
     radius = wheelbase_m / math.tan(angle)

@@ -4,7 +4,7 @@ import cmath
 import math
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.planner.strategies import floats, forward_pieces, pose_pairs, poses
@@ -46,7 +46,6 @@ def beside(curve: Curve, x: Floats, y: Floats) -> Floats:
 
 
 @given(pose_pairs(), floats(0.2, 1.5), floats(0.3, 8.0), floats(-1.0, 1.0), floats(-1.0, 1.0))
-@settings(max_examples=40)
 def test_transitions_are_cut_within_a_millimetre(
     pair: tuple[PathPose, PathPose], curvature: float, sharpness: float, out_share: float, in_share: float
 ) -> None:

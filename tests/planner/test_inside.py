@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.planner.drawn import box, drawn, lines
@@ -76,7 +76,6 @@ wanderings = st.builds(
 
 
 @given(yards, wanderings)
-@settings(max_examples=30)
 def test_what_is_called_clear_is_clear_and_what_is_not_is_close(template: Template, path: PiecePath) -> None:
     checker = CollisionChecker.of(template, VEHICLE)
     assert checker is not None

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from tests.planner.strategies import floats, headings, poses
 from touchline.schemas.errors import PlanningError
@@ -111,7 +111,6 @@ def test_goals_ahead_are_reached_without_winding():
     assert wound > 10
 
 
-@settings(max_examples=60, deadline=None)
 @given(poses, poses)
 def test_a_chosen_curve_ends_at_the_goal_within_the_limits(start, goal):
     found = AUTO.between(start, goal, WAFFLE)

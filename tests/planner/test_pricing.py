@@ -119,7 +119,6 @@ def test_many_transitions_at_once_take_what_each_alone_takes(
 
 
 @given(st.integers(0, 10_000), floats(0.2, 2.0))
-@settings(max_examples=60)
 def test_plain_words_are_the_dubins_paths(seed: int, curvature: float) -> None:
     """Of random poses: where a turn is nothing or all the way round but for rounding, either is right."""
     first, second = (PathPose(*row) for row in np.random.default_rng(seed).uniform(-4.0, 4.0, (2, 3)).tolist())

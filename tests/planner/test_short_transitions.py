@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.planner.strategies import floats, limits, pose_pairs
@@ -123,7 +123,6 @@ def test_no_loop_leads_to_what_is_beside_the_start_by_a_rounding_error(off: floa
 
 
 @given(end_pairs())
-@settings(max_examples=100)
 def test_forward_transitions_join_any_poses_and_curvatures(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
     start, goal, curvature, sharpness = ends
     transition = Steering(curvature, sharpness).between(start, goal)
@@ -134,7 +133,6 @@ def test_forward_transitions_join_any_poses_and_curvatures(ends: tuple[CurveEnd,
 
 
 @given(end_pairs(), st.sampled_from([0.0, 0.7]))
-@settings(max_examples=60)
 def test_transitions_with_standstills_join_any_poses_and_curvatures(
     ends: tuple[CurveEnd, CurveEnd, float, float], room: float
 ) -> None:
@@ -218,7 +216,6 @@ def test_going_back_a_little_is_reversing() -> None:
 
 @given(end_pairs())
 @example((CurveEnd(ORIGIN, 0.0), CurveEnd(PathPose(-3e-11, 0.0, 0.0), 0.0), 1.0, 1.0))
-@settings(max_examples=50)
 def test_no_stretch_between_standstills_is_too_short_to_drive(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
     start, goal, curvature, sharpness = ends
     for transition in Steering(curvature, sharpness).standing_transitions(start, goal):

@@ -7,7 +7,7 @@ from itertools import islice
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import fresnel
 
@@ -133,7 +133,6 @@ def test_every_word_reaches_the_goal(pair: tuple[PathPose, PathPose], bounds: tu
 
 
 @given(pose_pairs(), limits, floats(-1.0, 1.0), floats(-1.0, 1.0))
-@settings(max_examples=60)
 def test_transitions_between_curvatures_are_g2(
     pair: tuple[PathPose, PathPose], bounds: tuple[float, float], out_share: float, in_share: float
 ) -> None:

@@ -80,7 +80,7 @@ def test_every_fault(kind: str, fields: dict[str, object], words: str, by_itself
     """Invariants hold, the reason is said, and nothing needs an operator that should not."""
     faults = (fault(kind, **{"start_s": 6.5, "duration_s": 4.0, **fields}),)
     run = Guarded(faults, seed=2, follower="pure-pursuit", patient=False, look_ticks=LOOK_TICKS)
-    state = run.run(2500 if by_itself is False else 4500)
+    state = run.run(1600 if by_itself is False else 4500)
     reasons = run.reasons[1:]
     if not words:
         assert state == DONE and reasons == []

@@ -36,16 +36,16 @@ def scan(x_m, y_m, *things):
 @pytest.fixture
 def seen():
     """Ground with a wall that was seen from its front for a second."""
-    ground = SeenGround(OPEN_GROUND)
+    ground, ahead = SeenGround(OPEN_GROUND), scan(0.0, -1.5, WALL)
     for tick in range(10):
-        ground.enter(scan(0.0, -1.5, WALL), FAR_M, tick)
+        ground.enter(ahead, FAR_M, tick)
     return ground
 
 
 def test_beams_along_a_wall_do_not_free_it(seen):
-    before = len(seen.places_m[1])
+    before, beside = len(seen.places_m[1]), scan(3.0, 0.02)
     for tick in range(10, 40):  # past its end, the robot sees beside it: that is how near errors bring the two
-        seen.enter(scan(3.0, 0.02), FAR_M, tick)
+        seen.enter(beside, FAR_M, tick)
     assert len(seen.places_m[1]) > 0.9 * before
 
 
@@ -56,9 +56,9 @@ def test_a_wall_that_has_gone_is_forgotten(seen):
 
 
 def test_beams_along_what_has_gone_free_it_in_the_end(seen):
-    before = len(seen.places_m[1])
+    before, beside = len(seen.places_m[1]), scan(3.0, 0.02)
     for tick in range(10, 210):
-        seen.enter(scan(3.0, 0.02), FAR_M, tick)
+        seen.enter(beside, FAR_M, tick)
     assert len(seen.places_m[1]) < 0.1 * before
 
 

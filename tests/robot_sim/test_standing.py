@@ -39,13 +39,13 @@ USUAL_JOLTS = ("50 ms of 10 m/s²", "shaking by 20 m/s²")
 FOLLOWERS = ("mpc", "pure-pursuit")
 
 
-def loaded(follower: str = "mpc", seed: int = 1) -> Emulator:
+def loaded(follower: str = "pure-pursuit", seed: int = 1) -> Emulator:
     emulator = Emulator(Vehicle(), Scenario(seed=seed), OnboardConfig.model_validate({"follower": follower}))
     emulator.load(field())
     return emulator
 
 
-def driving(follower: str = "mpc", seed: int = 1, *, until_m: float = 3.0) -> Emulator:
+def driving(follower: str = "pure-pursuit", seed: int = 1, *, until_m: float = 3.0) -> Emulator:
     """Under way; the first line begins at 6 m."""
     emulator = loaded(follower, seed)
     emulator.start()

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from tests.planner.strategies import pose_pairs
 from touchline.core.angles import TAU
@@ -97,7 +97,6 @@ def test_its_chords_turn_at_every_joint_and_our_arcs_do_not(pitch: Pitch) -> Non
 
 
 @given(pose_pairs())
-@settings(max_examples=100)
 def test_its_paths_lead_to_the_goal_and_are_never_shorter_than_ours(pair: tuple[PathPose, PathPose]) -> None:
     start, goal = pair
     if abs(goal.point - start.point) < CLOSEST_M:
