@@ -193,7 +193,7 @@ class BusLink:
         went: list[Incoming] = []
         if self._presence.linked != self._linked:
             self._linked = self._presence.linked
-            came.append(LinkChanged(self._linked))
+            came.append(LinkChanged(self._linked, "" if self._linked else self._bus.config.identity_problem()))
         for node in dict.fromkeys(change.node for change in changes):
             if node in before and node in lost:
                 went.append(NodeChanged(node, False))

@@ -44,9 +44,15 @@ class NodeChanged:
 
 @dataclass(frozen=True)
 class LinkChanged:
-    """Event: the console lost its link to the router, by which it hears of all others, or has it again."""
+    """Event: the console lost its link to the router, by which it hears of all others, or has it again.
+
+    Attributes:
+        linked: Whether it has it.
+        why: Reason for the loss, if it is the console's identity.
+    """
 
     linked: bool
+    why: str = ""
 
 
 @dataclass(frozen=True)

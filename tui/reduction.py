@@ -45,8 +45,9 @@ def apply_event(state: ConsoleState, event: Incoming, now_s: float) -> None:
                 state.nodes[name].heard(now_s)
         case NodeChanged(node, alive):
             _node_changed(state, node, alive)
-        case LinkChanged(linked):
-            text = "linked to the router again" if linked else "no link to the router, which reaches all others"
+        case LinkChanged(linked, why):
+            lost = f"no link to the router: {why}" if why else "no link to the router, which reaches all others"
+            text = "linked to the router again" if linked else lost
             state.note(INFO if linked else ERROR, "console", text)
         case PaintFetched(strokes):
             state.paint.fetched(strokes)

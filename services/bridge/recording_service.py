@@ -64,7 +64,7 @@ class BridgeService:
         recordings: Folder of requested recordings.
         gateways: Gateways to ROS 2, one for each robot, if any.
         viewers: Server of viewers, if any.
-        beat: Called in waits that are longer than a turn of the loop, as a heartbeat.
+        stop: Called in waits that are longer than a turn of the loop, as a heartbeat; returns whether to end.
         active_recording: Note of the active recording, for a bridge after this one.
     """
 
@@ -73,7 +73,7 @@ class BridgeService:
         buses: Sequence[Bus],
         recordings: RecordingFolder,
         gateways: Sequence[Gateway] = (),
-        beat: Callable[[], None] = lambda: None,
+        stop: Callable[[], bool] = lambda: False,
         active_recording: ActiveRecording | None = None,
         viewers: "Viewers | None" = None,
     ) -> None:
@@ -84,7 +84,7 @@ class BridgeService:
         self._parts: list[Path] = []
         self._limits = UNLIMITED
         self._folder = recordings
-        self._beat = beat
+        self._stop = stop
         self._gateways = gateways
         self._session: RecordingSession | None = None
         self._failed: RecordingReport | None = None
@@ -348,13 +348,18 @@ class BridgeService:
         return [f"{node} of {end.bus.namespace}" for end in self._ends for node in sorted(end.unasked)]
 
     def _rejoin(self) -> None:
-        """Rejoin the bus; continue with what arrives there once all former peers are found, or time is up."""
+        """Rejoin the bus; continue with what arrives there once all former peers are found, or time is up.
+
+        At its end this process waits for a router that is gone no longer than for an answer.
+        """
         wanted = {end: end.there | end.unasked for end in self._ends}
-        bus = self._ends[0].bus
+        bus, until_s = self._ends[0].bus, time.monotonic() + _HANDSHAKE_TIMEOUT_S
         try:
-            bus.rejoin(self._breathe)
+            bus.rejoin(lambda: self._breathe() and time.monotonic() > until_s)
         except TouchlineError as error:
             _LOG.warning("%s", error)
+            return
+        except KeyboardInterrupt:  # it is to end
             return
         deadline = time.monotonic() + _FOUND_S
         while time.monotonic() < deadline and any(nodes - end.presence.alive() for end, nodes in wanted.items()):
@@ -405,9 +410,10 @@ class BridgeService:
             if self._session is None or not self._session.behind:
                 break
 
-    def _breathe(self) -> None:
-        self._beat()
+    def _breathe(self) -> bool:
+        """Beat, and return whether to end."""
         self._standstill.turn(time.monotonic())
+        return self._stop()
 
     def _while_waiting(self) -> None:
         self._breathe()

@@ -80,7 +80,7 @@ def run_service(
             viewers = stack.enter_context(serve_viewers(buses, foxglove, access, lambda: stop.asked))
             sys.stderr.write(f"viewers (Foxglove, Lichtblick) find {', '.join(names)} at {viewers.url_hint}\n")
         active_recording = ActiveRecording(config, folder.path, supervisor)
-        service = BridgeService(buses, folder, gateways, stop.beat, active_recording, viewers)
+        service = BridgeService(buses, folder, gateways, lambda: bool(stop), active_recording, viewers)
         gc.freeze()  # a collection of all that was loaded would hold up stops from ROS 2
         gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS, 20, 50)
         if record is not None:

@@ -1,6 +1,9 @@
 """Missing messages are counted though nothing comes after them."""
 
+import time
+from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import MagicMock
 
 import pytest
 
@@ -10,6 +13,8 @@ from touchline.bus.last_sent import KEY, LastSent, as_text, sent_by
 from touchline.jobs.recording.recording_end import lacking
 from touchline.recordings.reader import read_summary
 from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, KeyValue, RecordStopResponse
+from touchline.services.bridge import recording_service
+from touchline.services.bridge.recording_service import BridgeService
 from touchline.services.bridge.standstill_detector import STANDSTILL_S, StandstillDetector
 
 A, B = b"a" * 16, b"b" * 16
@@ -126,3 +131,16 @@ def test_only_a_long_turn_is_a_standstill() -> None:
 def test_a_report_says_why_a_recording_is_not_whole(report: RecordStopResponse | None, says: str) -> None:
     problem = lacking(report, Path("a.mcap"))
     assert says in problem and bool(problem) == bool(says)
+
+
+def test_a_bridge_that_is_to_end_does_not_wait_for_a_router_that_is_gone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recording_service, "_HANDSHAKE_TIMEOUT_S", 0.1)
+    until_s = time.monotonic() + 60.0
+
+    def rejoin(stop: Callable[[], object]) -> None:
+        while not stop():
+            assert time.monotonic() < until_s
+        raise KeyboardInterrupt
+
+    bus = MagicMock(rejoin=rejoin)
+    BridgeService([bus], MagicMock(), stop=lambda: True)._rejoin()

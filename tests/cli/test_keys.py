@@ -67,7 +67,7 @@ def test_the_list_shows_what_is_not_as_it_should_be(keys, tmp_path, monkeypatch)
 
 def test_errors_are_a_line_with_a_remedy(keys, touchline, tmp_path):
     for arguments, says in (
-        (("init",), "is there already; use it, or give another folder"),
+        (("init",), "is there already; use it, or, for another router, move "),
         (("issue", "operator", "a b"), "NAME is 'a b'; use letters, digits, _ and -"),
         (("renew", "operator.ana"), "NAME 'operator.ana' is no member; did you mean 'operator.anna'?"),
         (("revoke", "router.main"), "router.main cannot be revoked: it is the router that heeds the access list"),

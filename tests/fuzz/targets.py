@@ -1,6 +1,8 @@
 """Targets of the fuzzers: each gives bytes to the entry points of a reader, which may raise Touchline's errors only."""
 
+import atexit
 import os
+import shutil
 import socket
 import tempfile
 import zlib
@@ -47,6 +49,8 @@ from touchline.services.bridge.foxglove.viewer_server import ServedOrder, Viewer
 from touchline.services.bridge.goal_route import goal_of
 
 CORPUS = Path(__file__).with_name("corpus")
+#: Files here are in memory: to write one again on a disk's file system waits for the disk.
+_MEMORY = Path("/dev/shm")
 _CUES = 1000
 _MOST_TYPES = 100
 _ANSWERED_S = 5.0
@@ -66,8 +70,10 @@ _HANDSHAKE = b"\r\n".join(
 
 @cache
 def _folder() -> Path:
-    """Folder of this process for the files that readers open."""
-    return Path(tempfile.mkdtemp(prefix="touchline-fuzz-"))
+    """Folder of this process for the files that readers open, which goes when it ends."""
+    folder = Path(tempfile.mkdtemp(prefix="touchline-fuzz-", dir=_MEMORY if _MEMORY.is_dir() else None))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
 
 
 def _file(name: str, data: bytes) -> Path:
@@ -120,7 +126,7 @@ def read_recording(name: str, data: bytes) -> None:
     """Summarise, decode, replay and salvage a recording."""
     path, salvaged = _file(name, data), _folder() / "salvaged.mcap"
     salvaged.unlink(missing_ok=True)
-    for use in (_summarise, _decode, _replay, partial(salvage, target=salvaged)):
+    for use in (_decode, _replay, partial(salvage, target=salvaged)):
         with suppress(TouchlineError):
             use(path)
     _forget_types()
@@ -139,15 +145,13 @@ def read_session(data: bytes) -> None:
         _ = RecordedSession.of(messages).loaded_ns
 
 
-def _summarise(path: Path) -> None:
-    for attached in read_summary(path).attachments:
+def _decode(path: Path) -> None:
+    reader = RecordingReader(path)
+    for message in reader.messages():
+        _decode_as(message.kind, message.payload)
+    for attached in reader.summary.attachments:
         with suppress(Damage, RecordingError):
             attached_data(attached)
-
-
-def _decode(path: Path) -> None:
-    for message in RecordingReader(path).messages():
-        _decode_as(message.kind, message.payload)
     RecordingReader(path).tables(lambda topic: True)
 
 
@@ -178,12 +182,18 @@ def read_definition(data: bytes) -> None:
 
 def read_bag_folder(data: bytes) -> None:
     """Read a folder with this metadata.yaml."""
-    folder = _folder() / "bag"
-    folder.mkdir(exist_ok=True)
-    (folder / "metadata.yaml").write_bytes(data)
-    (folder / "bag_0.mcap").touch()
+    metadata = _bag_folder() / "metadata.yaml"
+    metadata.write_bytes(data)
     with suppress(TouchlineError):
-        read_summary(folder)
+        read_summary(metadata.parent)
+
+
+@cache
+def _bag_folder() -> Path:
+    folder = _folder() / "bag"
+    folder.mkdir()
+    (folder / "bag_0.mcap").touch()
+    return folder
 
 
 def read_log(name: str, data: bytes) -> None:

@@ -42,7 +42,7 @@ def test_it_is_found_by_folder_and_by_name(
     [
         (lambda folder: (folder / "key.pem").unlink(), r"key\.pem cannot be read .No such file"),
         (lambda folder: (folder / "key.pem").chmod(0o644), r"key\.pem is open to others .mode 644.; chmod 600 /"),
-        (lambda folder: folder.chmod(0o750), "is open to others .mode 750.; chmod 700 /"),
+        (lambda folder: folder.chmod(0o750), "is open to others .mode 750.; chmod -R go= /"),
         (lambda folder: (folder / "key.pem").write_bytes(b"\xff"), r"key\.pem is not a private key"),
         (lambda folder: (folder / "certificate.pem").write_bytes(b"\xff"), r"certificate\.pem is not a certificate"),
         (lambda folder: (folder / "access.json").unlink(), r"access\.json cannot be read"),
@@ -63,7 +63,7 @@ def test_an_identity_that_is_not_whole_or_private(
 
 def test_another_users_key_is_refused(anna: Identity, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("os.geteuid", lambda: 12345)
-    with pytest.raises(SpecError, match=r"belongs to the user with id .*; chown it to user 12345"):
+    with pytest.raises(SpecError, match=r"belongs to the user with id .*; chown -R 12345 /"):
         Identity.load(anna.folder)
 
 
@@ -82,7 +82,8 @@ def test_files_of_another_authority(anna: Identity, other: Identity) -> None:
 def test_expired_and_of_the_future(anna: Identity, monkeypatch: pytest.MonkeyPatch) -> None:
     made = certificates.now()
     monkeypatch.setattr(certificates, "now", lambda: made + timedelta(days=31))
-    with pytest.raises(SpecError, match=r"operator\.anna .* expired on .* UTC; run `touchline keys renew operator"):
+    says = r"operator\.anna .* expired on .* UTC, and it is .* by the clock; run `touchline keys renew operator"
+    with pytest.raises(SpecError, match=says):
         Identity.load(anna.folder)
     monkeypatch.setattr(certificates, "now", lambda: made - timedelta(days=1))
     with pytest.raises(SpecError, match=r"is valid from .* by the clock; set this machine's clock"):

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from touchline.bus import Bus, BusConfig
-from touchline.bus.joining import join_at_door
+from touchline.bus.joining import join_at_door, listen
 from touchline.bus.own_door import OwnDoor
 from touchline.bus.ports import free_port
 from touchline.schemas.errors import TouchlineError
@@ -70,6 +70,15 @@ def test_a_door_opens_without_a_router_and_anew_with_a_renewed_certificate(keys)
     finally:
         door.close()
     assert answers(anna) == []
+
+
+def test_a_door_of_another_machine_and_one_that_is_taken(keys):
+    keys.issue([keys.new_member(Role.ROBOT, "far", ["192.0.2.3"])])
+    with pytest.raises(TouchlineError, match="no such address: is the identity another machine's"):
+        listen(config(keys, "robot.far").own_door(), "the robot's own door")
+    router = config(keys, "router.main").router()
+    with listen(router, "the router"), pytest.raises(TouchlineError, match=r"in use .* stop what listens there"):
+        listen(router, "the router")
 
 
 def test_a_robots_identity_is_for_its_robot_alone(keys):

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from datetime import timedelta
 from itertools import count
 from pathlib import Path
 
@@ -141,6 +142,20 @@ def test_presence_outlasts_the_routers_change_and_sees_who_has_left(keys, router
             assert [change for change in changes if change.node == topics.ROBOT_SIM] == []
             assert topics.ROBOT_SIM in there.alive()
         assert until(lambda: topics.ROBOT_SIM not in alive(there), 3.0)
+
+
+def test_the_loss_of_a_link_is_logged_with_its_reason(keys, routing, monkeypatch, caplog):
+    caplog.set_level("INFO", "touchline.bus.link_log")
+    monkeypatch.setattr("touchline.bus.link_log._LOOK_S", 0.1)
+    anna, tt2 = config(keys, "operator.anna"), config(keys, "robot.tt2")
+    with Bus.open(topics.OPERATOR, anna), Bus.open(topics.ROBOT_SIM, tt2):
+        monkeypatch.setattr(keys, "_life", lambda _: timedelta(seconds=-1))
+        keys.renew([keys.named("operator.anna")])
+        assert "operator.anna" in anna.identity_problem() and not tt2.identity_problem()
+        routing.kill()
+        assert until(lambda: caplog.text.count("no link to the router: ") == 2)
+        assert "no link to the router: operator.anna" in caplog.text and "expired on" in caplog.text
+        assert f"no link to the router: nobody listens at {tt2.endpoint}" in caplog.text
 
 
 def test_a_robot_without_a_router_counts_from_the_loss_of_its_link(keys, routing, monkeypatch):

@@ -110,6 +110,14 @@ def let_expire(authority: CertificateAuthority, name: str) -> None:
         authority.renew([authority.named(name)])
 
 
+def let_begin_later(authority: CertificateAuthority, name: str) -> None:
+    """Give a member the certificate of an authority whose clock is ahead by an hour."""
+    later = certificates.now() + timedelta(hours=1)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(certificates, "now", lambda: later)
+        authority.renew([authority.named(name)])
+
+
 def test_why_a_router_refuses_us(authority: CertificateAuthority, anna: Identity, tmp_path: Path) -> None:
     stranger = Identity.load(CertificateAuthority.create(tmp_path / "other").folder / ROUTER)
     with listening(authority.folder / ROUTER) as endpoint:
@@ -119,8 +127,10 @@ def test_why_a_router_refuses_us(authority: CertificateAuthority, anna: Identity
         assert why_refused(endpoint, stranger) == (
             f"{endpoint} has another authority than router.main; use an identity of that authority"
         )
-        let_expire(authority, anna.name)
-        assert "finds operator.anna expired; compare the clocks" in why_refused(endpoint, anna)
+        for harm in (let_expire, let_begin_later):
+            harm(authority, anna.name)
+            assert not joins(endpoint, anna.folder)
+            assert "finds operator.anna expired, or not valid yet; compare the clocks" in why_refused(endpoint, anna)
     assert why_refused(endpoint, anna) == f"nobody listens at {endpoint} (Connection refused)"
 
 
@@ -132,7 +142,7 @@ def test_why_we_refuse_a_router(authority: CertificateAuthority, anna: Identity,
     for folder, says in (
         (authority.folder_of(elsewhere), "has a certificate for other hosts; issue one with --host"),
         (authority.folder_of(observer), "has a certificate of none that others may connect to; it is no router"),
-        (authority.folder / ROUTER, "has an expired certificate; renew it (touchline keys renew)"),
+        (authority.folder / ROUTER, "has an expired certificate; renew it, or compare the clocks of both machines"),
         (
             CertificateAuthority.create(tmp_path / "other").folder / ROUTER,
             "has a certificate of another authority; use an identity of that authority",
@@ -141,6 +151,10 @@ def test_why_we_refuse_a_router(authority: CertificateAuthority, anna: Identity,
         with listening(folder) as endpoint:
             assert not joins(endpoint, anna.folder)
             assert why_refused(endpoint, anna) == f"{endpoint} {says}"
+    let_begin_later(authority, "router.main")
+    with listening(authority.folder / ROUTER) as endpoint:
+        assert not joins(endpoint, anna.folder)
+        assert "has a certificate that is not valid yet; compare the clocks" in why_refused(endpoint, anna)
 
 
 def answer_in_clear(server: socket.socket) -> None:

@@ -3,7 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from typing import Any, Final, Literal, Self, TypeAlias
 from weakref import WeakSet
 
@@ -22,6 +22,7 @@ from touchline.bus.identity_check import check_identity
 from touchline.bus.inbox import Inbox
 from touchline.bus.joining import join, join_at_door, leave
 from touchline.bus.last_sent import LastSent
+from touchline.bus.link_log import LinkLog
 from touchline.bus.own_door import OwnDoor
 from touchline.bus.presence import Presence, token_prefix
 from touchline.bus.prompt import PromptPublisher
@@ -99,7 +100,10 @@ class Bus:
         config = config or BusConfig.from_environment()
         check_identity(node, config)
         session = join(config, node, None if stop is None else lambda: bool(stop()), patience_s)
-        with cls._of(session, node, config, patience_s) as bus:
+        with (
+            cls._of(session, node, config, patience_s) as bus,
+            closing(LinkLog(config, bus._is_linked)) if config.identity is not None else nullcontext(),
+        ):
             yield bus
 
     @classmethod
@@ -180,6 +184,12 @@ class Bus:
     def peers(self) -> frozenset[str]:
         """Return the ids of the sessions that this one has a link to."""
         return frozenset(map(str, (*self._session.info.peers_zid(), *self._session.info.routers_zid())))
+
+    def _is_linked(self) -> bool:
+        try:
+            return bool(self.peers())
+        except zenoh.ZError:  # the session is closed, for another one or for good
+            return True
 
     def rejoin(self, stop: Callable[[], object]) -> None:
         """Join the bus again, with all that was declared here: a peer that has cut this process off never comes back.

@@ -26,7 +26,7 @@ from touchline.schemas.bus_variables import (
     IDENTITY_VARIABLE,
     NAMESPACE_VARIABLE,
 )
-from touchline.schemas.errors import SpecError
+from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.topics import DEFAULT_NAMESPACE, NAMESPACE_RULE, ROBOT_SIM, is_namespace
 from touchline.security.access_list import ACCESS_FILE
 from touchline.security.identity import Identity
@@ -136,6 +136,15 @@ class BusConfig:
             variables[CONFIG_VARIABLE] = str(self.config_file)
         variables[IDENTITY_VARIABLE] = str(self.identity.folder) if self.identity is not None else ""
         return variables
+
+    def identity_problem(self) -> str:
+        """Return why nobody could join with the identity's files as they are now; empty without a reason."""
+        try:
+            if self.identity is not None:
+                Identity.load(self.identity.folder)
+        except TouchlineError as error:
+            return str(error)
+        return ""
 
     def renewals(self) -> Iterator[Self | None]:
         """Iterate over looks at certificate and access list: the configuration with changed ones, else None.

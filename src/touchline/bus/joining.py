@@ -39,6 +39,13 @@ _OTHER_DESCRIPTORS: Final = 40
 _FEW_PEERS: Final = 100
 
 
+#: What to do where nobody can listen, by the number of the system's error.
+_LISTENING: Final = {
+    errno.EADDRINUSE: "; stop what listens there",
+    errno.EADDRNOTAVAIL: "; this machine has no such address: is the identity another machine's?",
+}
+
+
 def join(config: BusConfig, node: str, stop: Callable[[], bool] | None, patience_s: float) -> zenoh.Session:
     """Open a session on the bus; use :meth:`touchline.bus.Bus.open`.
 
@@ -108,7 +115,8 @@ def listen(settings: zenoh.Config, what: str) -> zenoh.Session:
     except zenoh.ZError as error:
         reason = str(error).partition(" at /")[0]  # the rest is a place in Zenoh's own source
         where = ", ".join(endpoints(settings, "listen"))
-        raise TouchlineError(f"{what} cannot listen on {where}: {reason}") from error
+        remedy = next((text for code, text in _LISTENING.items() if f"os error {code}" in reason), "")
+        raise TouchlineError(f"{what} cannot listen on {where}: {reason}{remedy}") from error
 
 
 def _opened(settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool] | None) -> zenoh.Session:

@@ -4,12 +4,12 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 
 from mcap.writer import CompressionType, Writer
 
 from touchline.recordings.attachments import attached_data
+from touchline.recordings.code_identity import own_version
 from touchline.recordings.reader import RecordingReader
 from touchline.recordings.recorded import SCHEMA_ERRORS, Damage, Loss, Recorded, RecordingKind, Summary
 from touchline.recordings.recorder import CHUNK_BYTES, Existing, make_room
@@ -163,7 +163,7 @@ class _Copy:
     def _begin(self) -> None:
         if not self._begun:
             self._begun = True
-            self._writer.start(self._summary.profile, f"touchline {version('touchline')}")
+            self._writer.start(self._summary.profile, f"touchline {own_version()}")
 
     def _channel(self, topic: str, kind: RecordingKind) -> int:
         self._begin()

@@ -47,6 +47,7 @@ _logger = logging.getLogger(__name__)
 DEFAULT_LIFE: Final = timedelta(days=30)
 LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")
 _MAIN: Final = "main"
+_LOST: Final = "put it back, or, if it is lost, make a new authority (docs/guides/security.md)"
 _LONGEST_USER: Final = 32
 #: Those whose members others connect to; to a viewer's, viewers with TLS.
 _LISTENING: Final = (Role.ROUTER, Role.ROBOT, Role.VIEWER)
@@ -122,7 +123,8 @@ class CertificateAuthority:
         made = (_key_of(folder), folder / AUTHORITY_FILE, folder / ACCESS_FILE)
         for path in made:
             if os.path.lexists(path):
-                raise SpecError(str(path), "", "is there already", "use it, or give another folder")
+                remedy = f"use it, or, for another router, move {folder} away"
+                raise SpecError(str(path), "", "is there already", remedy)
         try:
             host, _ = address_of(router)
             door_beside(router, host)
@@ -268,7 +270,7 @@ class CertificateAuthority:
         """Return the authority's key, if it may be used now."""
         path = _key_of(self.folder)
         if not self.can_sign():
-            raise SpecError(str(path), "", "is not here", "put it back: issuing, renewing and revoking take it")
+            raise SpecError(str(path), "", "is not here", _LOST)
         check_private(path)
         key = certificates.read_key(read_file(path), str(path))
         if not certificates.fits(key, self.certificate):

@@ -205,10 +205,11 @@ def check_time(certificate: x509.Certificate, source: str, remedy: str) -> None:
     Raises:
         SpecError: It is not valid now.
     """
+    by_the_clock = f"and it is {shown(now())} by the clock"
     if now() > certificate.not_valid_after_utc:
-        raise SpecError(source, "", f"expired on {shown(certificate.not_valid_after_utc)}", remedy)
+        raise SpecError(source, "", f"expired on {shown(certificate.not_valid_after_utc)}, {by_the_clock}", remedy)
     if now() < certificate.not_valid_before_utc:
-        problem = f"is valid from {shown(certificate.not_valid_before_utc)} on, and it is {shown(now())} by the clock"
+        problem = f"is valid from {shown(certificate.not_valid_before_utc)} on, {by_the_clock}"
         raise SpecError(source, "", problem, "set this machine's clock")
 
 

@@ -36,13 +36,13 @@ def check_private(path: Path) -> None:
         found = path.stat()
     except OSError as error:
         raise _unreadable(error, path) from error
-    wanted = "700" if stat.S_ISDIR(found.st_mode) else "600"
+    owned, private = ("chown -R", "chmod -R go=") if stat.S_ISDIR(found.st_mode) else ("chown", "chmod 600")
     if found.st_uid != os.geteuid():
         problem = f"belongs to the user with id {found.st_uid}, not to the one who uses it"
-        raise SpecError(str(path), "", problem, f"chown it to user {os.geteuid()}")
+        raise SpecError(str(path), "", problem, f"{owned} {os.geteuid()} {path}")
     if found.st_mode & 0o077:
         problem = f"is open to others (mode {stat.S_IMODE(found.st_mode):o})"
-        raise SpecError(str(path), "", problem, f"chmod {wanted} {path}")
+        raise SpecError(str(path), "", problem, f"{private} {path}")
 
 
 def read_file(path: Path) -> bytes:

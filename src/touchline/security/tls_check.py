@@ -11,7 +11,7 @@ _PATIENCE_S: Final = 2.0
 #: By OpenSSL's codes (X509_V_ERR_…) of a certificate that we refuse; all others mean another authority.
 _OURS: Final = {
     9: "has a certificate that is not valid yet; compare the clocks of both machines",
-    10: "has an expired certificate; renew it (touchline keys renew)",
+    10: "has an expired certificate; renew it, or compare the clocks of both machines",
     26: "has a certificate of none that others may connect to; it is no router",
     62: "has a certificate for other hosts; issue one with --host",
     64: "has a certificate for other hosts; issue one with --host",
@@ -19,7 +19,8 @@ _OURS: Final = {
 #: By the alerts of those who refuse our certificate.
 _THEIRS: Final = {
     "CERTIFICATE_REQUIRED": "asks for a certificate; give an identity: --identity",
-    "CERTIFICATE_EXPIRED": "finds {name} expired; compare the clocks of both machines, or run `touchline keys renew`",
+    # It sends this for a certificate of the future, too.
+    "CERTIFICATE_EXPIRED": "finds {name} expired, or not valid yet; compare the clocks of both machines, or renew it",
     "UNKNOWN_CA": "has another authority than {name}; use an identity of that authority",
     "DECRYPT_ERROR": "has another authority than {name}; use an identity of that authority",
 }
