@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 import zenoh
 
-from tests.security.secured_system import ROBOTS, SecuredSystem, secured_system
+from tests.meeting import eventually
+from tests.security.secured_system import ROBOTS, SecuredSystem
 from touchline.bus import Bus
 from touchline.bus.access_control import nodes_of
 from touchline.bus.caller import asked_key, served_key
@@ -35,12 +36,6 @@ HISTORY = "@adv/pub/1/2/_"
 """Key behind a latched topic's of what late joiners are told."""
 SETTLED_S = 0.5
 """Time in which what gets through arrives."""
-
-
-@pytest.fixture(scope="module")
-def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SecuredSystem]:
-    with secured_system(tmp_path_factory.mktemp("secured")) as running:
-        yield running
 
 
 @pytest.fixture(scope="module")
@@ -159,7 +154,7 @@ def test_a_recorded_request_is_worth_nothing_to_others(system, sessions):
     with Bus.open(topics.OPERATOR, system.config(Role.OPERATOR)) as bus:
         first = bus.call(topics.ESTOP, m.CommandRequest(request_id="recorded earlier"))
         assert first.success
-        assert bus.call(topics.RESET, m.CommandRequest(request_id=f"reset {time.time()}")) is not None
+        assert eventually(lambda: bus.call(topics.RESET, m.CommandRequest(request_id=f"reset {time.time()}")).success)
     observer, key = sessions[Role.OBSERVER], f"{VICTIM}/{topics.ESTOP.name}"
     assert list(observer.get(asked_key(key, system.identities[Role.OPERATOR].name), payload=request, timeout=1.0)) == []
     (answer,) = observer.get(asked_key(key, system.identities[Role.OBSERVER].name), payload=request, timeout=2.0)
