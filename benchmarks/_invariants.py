@@ -177,7 +177,7 @@ class Guarded:
     def _check(self, before: int, ticks: int) -> None:
         """So many ticks after the robot was in the state `before`."""
         emulator = self.emulator
-        status, command, frame = emulator.onboard.status, emulator.command, emulator.frame
+        status, command, frame = emulator.onboard._traversal, emulator.command, emulator.frame  # no time to the end
         if frame is not None and frame.tick != emulator.tick_count:
             frame = None  # in nominal ticks no bumper is pressed, and the operator is there
         if status.reason and (not self.reasons or self.reasons[-1] != status.reason):

@@ -16,7 +16,7 @@ from touchline.jobs.goal.arrival import NEAR_M, NEAR_RAD
 REPORT_EVERY = 100
 DRIVERS = (("turtlebot3-waffle-pi", "mpc"), ("turtlebot2", "mpc"), ("turf-tank-two", "mpc"))
 SMALL = Small(
-    {"runs": 2, "chain": 2},
+    {"runs": 1, "chain": 2},
     (
         *(f"{name} by {follower}, default noise, # drives, # goals under way:" for name, follower in DRIVERS),
         "arrived #, within # cm and # degrees #",

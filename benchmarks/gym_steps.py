@@ -20,7 +20,7 @@ from benchmarks._settings import Small
 
 NAME = "touchline/FollowPlan-v0"
 SMALL = Small(
-    {"template": "study-square", "seconds": 0.2, "robots": 4},
+    {"template": "study-square", "seconds": 0.05, "robots": 4},
     (
         "one robot, 10 ms a step # steps/s",
         "one robot, 50 ms a step # steps/s",

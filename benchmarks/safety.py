@@ -11,7 +11,7 @@ from benchmarks._invariants import Broken, random_run
 from benchmarks._settings import Small
 from touchline.schemas.messages import TraversalStatus
 
-SMALL = Small({"runs": 2}, ("# random fault timelines, 0 with a broken invariant", "# done"))
+SMALL = Small({"runs": 1}, ("# random fault timelines, 0 with a broken invariant", "# done"))
 
 
 def main(runs: int = 200) -> None:

@@ -34,6 +34,7 @@ LONG = frozenset(
     (
         *(
             "accuracy",
+            "barriers",
             "calibration",
             "calibration_drive",
             "clear_away",
@@ -50,7 +51,7 @@ LONG = frozenset(
         *("stops", "system", "takeovers", "team_algorithms", "team_passages", "timelines"),
     )
 )
-"""Those of more than four seconds."""
+"""Those of more than two seconds."""
 
 
 @pytest.mark.parametrize(
