@@ -2,13 +2,11 @@
 
 import pytest
 
-from tests.robot_sim.bus_rig import PLAN, TEMPLATE, alone, ask, drain, hash_in, process, turn_until
+from tests.robot_sim.bus_rig import PLAN, TEMPLATE, alone, ask, drain, hash_in, process, setup, turn_until
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.digest import SessionDigest
 from touchline.schemas.messages import TraversalReport
-from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
@@ -28,7 +26,7 @@ def test_the_report_carries_the_hash_of_all_that_was_said(said):
 
 
 def test_another_seed_or_follower_has_another_hash(said):
-    hashes = {hash_in(said), hash_in(alone(seed=6)), hash_in(alone(seed=5, follower="pure-pursuit"))}
+    hashes = {hash_in(said), hash_in(alone(seed=6)), hash_in(alone(seed=5, follower="mpc"))}
     assert len(hashes) == 3
     assert "" not in hashes
 
@@ -51,7 +49,8 @@ def test_holding_the_clock_changes_nothing(said, bus, operator):
 
 
 def test_a_second_traversal_begins_a_new_session(said):
-    emulator = Emulator(Vehicle(), Scenario(seed=5))
+    robot = setup(seed=5)
+    emulator = Emulator(robot.vehicle, robot.scenario, robot.onboard)
     telemetry, runner = Telemetry(emulator), FastRunner(emulator)
     hashes = []
     for _ in range(2):
