@@ -202,8 +202,8 @@ def test_without_a_planner_it_says_so_and_waits_until_there_is_one(going):
     )
     assert any("no planner answers" in each.text for each in found.events)
     found.plan(there=True)
-    found.until_over()
-    assert found.off_m < 0.05 and not found.contacts
+    turn_until(found, lambda: found.said.drives > 1)
+    assert found.said.continues and not found.contacts
 
 
 def test_another_goal_replaces_one_behind_a_wall(going, operator):

@@ -78,7 +78,10 @@ def met(bus, bus_config, operator):
     found.plan(there=False)
 
 
-def test_it_does_the_whole_job_by_itself(met):
+def test_it_waits_for_a_planner_and_does_the_whole_job_by_itself(met):
+    met.until(WayRound.FINDS_NO_WAY)
+    assert any("no planner answers" in each.text for each in met.events)
+    assert not met.said.continues
     met.plan(there=True)
     turn_until(
         met,
@@ -114,12 +117,3 @@ def test_a_pause_ends_the_search_and_an_abort_the_job(met, operator):
     turn_until(met, lambda: met.reports and not met.robot.active)
     assert not met.said.continues and met.said.drives == 1
     assert met.status.state == TraversalStatus.ABORTED
-
-
-def test_without_a_planner_it_waits_and_says_so_until_there_is_one(met, operator):
-    met.until(WayRound.FINDS_NO_WAY)
-    assert any("no planner answers" in each.text for each in met.events)
-    assert not met.said.continues
-    met.plan(there=True)
-    turn_until(met, lambda: met.said.drives == 2)
-    assert met.said.continues, "it comes back"
