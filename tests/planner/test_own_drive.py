@@ -24,7 +24,7 @@ from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.plots.actuator_picture import plot_actuators
 from touchline.services.planner.plots.actuator_series import actuator_series
 
-pytestmark = pytest.mark.xdist_group("drum")  # what is compiled for it is not kept on disk
+pytestmark = pytest.mark.xdist_group("drum")  # its kernels are compiled in one worker
 OWN = '{"name": "roller", "drive": {"kind": "drum", "transit_speed_mps": 1.2}}'
 GIVEN = PlanOptions(order="given")
 

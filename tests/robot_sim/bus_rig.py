@@ -49,7 +49,8 @@ class AtOnce:
 def setup(**changes):
     """Of a shipped robot; what is no field of the scenario is one of the robot's computer.
 
-    Its follower is the one that takes least time. A machine that stands still for longer than Zenoh keeps a silent session parts robot and operator.
+    Its follower is the one that takes least time. A machine that stands still for longer than Zenoh keeps a silent
+    session parts robot and operator.
     """
     changes = {"link_timeout_s": 1000.0, "follower": "pure-pursuit"} | changes
     world = {name: changes.pop(name) for name in Scenario.model_fields if name in changes}

@@ -69,7 +69,7 @@ def jolt(emulator: Emulator, name: str, start_s: float = 0.0) -> None:
     emulator.inject_fault(fault(kind, start_s=start_s, **fields))
 
 
-@pytest.mark.parametrize("follower", FOLLOWERS)
+@pytest.mark.parametrize("follower", with_full("pure-pursuit", full=("mpc",)))
 def test_jolts_move_neither_a_paused_robot_nor_what_it_believes(follower: str) -> None:
     emulator = driving(follower)
     emulator.inject_fault(fault("operator-lost", duration_s=10.0))

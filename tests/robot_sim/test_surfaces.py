@@ -19,7 +19,7 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.paint.metrics import paint_metrics
 
 
-@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
+@pytest.mark.parametrize("follower", with_full("mpc", full=("pure-pursuit",)))
 @pytest.mark.parametrize("surface", ["wet-grass", pytest.param("grass", marks=pytest.mark.full)])
 def test_no_limit_cycle_on_a_straight_at_transit_speed(follower: str, surface: str) -> None:
     emulator = Emulator(Vehicle(), Scenario(seed=1, ground={"surface": surface}), OnboardConfig(follower=follower))
@@ -51,7 +51,7 @@ def corner() -> Plan:
     return plan(CORNER, Vehicle(), PlanOptions())
 
 
-@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
+@pytest.mark.parametrize("follower", with_full("mpc", full=("pure-pursuit",)))
 @pytest.mark.parametrize("seed", with_full(1, full=(2, 3)))
 def test_a_plan_for_dry_grass_is_driven_to_the_end_of_the_grip(follower: str, seed: int) -> None:
     """Wheels at the end of their grip are not sped up until they spin, and what they slip is known."""

@@ -60,14 +60,14 @@ def driven(emulator: Emulator) -> tuple[float, np.ndarray]:
     return (emulator.tick_count - begun) * TICK_S - planned_s, np.abs(off)
 
 
-@pytest.mark.parametrize("follower", ["regularised", "nonlinear", "linear-scaled", "dynamic"])
+@pytest.mark.parametrize("follower", with_full("regularised", "dynamic", full=("nonlinear", "linear-scaled")))
 def test_the_marker_keeps_to_its_line_and_to_the_time(follower: str) -> None:
     late_s, off = driven(robot(Vehicle(), MARKED, follower, Scenario(seed=3), frequency_radps=2.0))
     assert abs(late_s) < 0.1
     assert np.percentile(off, 95) < 0.02
 
 
-@pytest.mark.parametrize("follower", ["regularised", "nonlinear", "linear-scaled"])
+@pytest.mark.parametrize("follower", with_full("regularised", full=("nonlinear", "linear-scaled")))
 def test_the_roller_keeps_to_its_lane_and_to_the_time(follower: str) -> None:
     late_s, off = driven(robot(CLAY_ROLLER, TO_AND_FRO, follower, CLAY))
     assert abs(late_s) < 0.13

@@ -213,8 +213,8 @@ class SeenGround:
     @property
     def places_m(self) -> tuple[Floats, Floats]:
         """Mean places (n, 2) of returns that outlines explain, though not on them, and of those of what may move."""
-        occupied = self._cells.evidence >= OCCUPIED
-        places_m, stand = self._cells.place_m[occupied], self._cells.stands[occupied]
+        occupied = self._occupied()
+        places_m, stand = self._cells.place_m.reshape(-1, 2)[occupied], self._cells.stands.ravel()[occupied]
         return np.ascontiguousarray(places_m[stand]), np.ascontiguousarray(places_m[~stand])
 
     def forget(self, before_tick: int) -> None:
@@ -223,8 +223,12 @@ class SeenGround:
         Args:
             before_tick: The tick.
         """
-        old = (self._cells.evidence >= OCCUPIED) & (self._cells.seen_tick < before_tick)
-        self._cells.evidence[old] = 0
+        occupied = self._occupied()
+        self._cells.evidence.ravel()[occupied[self._cells.seen_tick.ravel()[occupied] < before_tick]] = 0
+
+    def _occupied(self) -> Integers:
+        """Return the numbers of occupied cells, row by row: of one axis, as it is looked for ten times as fast."""
+        return np.flatnonzero(self._cells.evidence.ravel() >= OCCUPIED)
 
     def free(self, points_m: Floats) -> Flags:
         """Return whether each of some points (n, 2) lies in or beside a cell that was seen as free, and on no thing."""
