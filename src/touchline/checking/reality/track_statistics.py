@@ -176,7 +176,7 @@ def lateral_weights(places_m: Floats, length_m: float) -> Floats:
 
 def _laid(points: Floats, aims: Floats) -> tuple[float, Floats]:
     """Return the turn [rad] and then the offset (2,) that lay points over aims."""
-    middle, aim = points.mean(axis=0), aims.mean(axis=0)
+    middle, aim = points.sum(axis=0) / len(points), aims.sum(axis=0) / len(aims)
     a, b = points - middle, aims - aim
     turn = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
     return turn, aim - _turned(middle, turn)
