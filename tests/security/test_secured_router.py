@@ -120,7 +120,12 @@ def test_a_new_member_waits_while_a_robot_drives_and_a_revoked_one_is_out_at_onc
         bea = config(keys, "operator.bea")
         drive(QUIET_S)
         assert not admitted(bea)
-        assert until(lambda: admitted(bea))  # nothing drives any more
+
+        def admitted_while_paused() -> bool:
+            status.send(TraversalStatus(state=TraversalStatus.PAUSED))
+            return admitted(bea)
+
+        assert until(admitted_while_paused)
 
         drive(1.0)
         assert admitted(anna)
@@ -156,6 +161,8 @@ def test_the_loss_of_a_link_is_logged_with_its_reason(keys, routing, monkeypatch
         assert until(lambda: caplog.text.count("no link to the router: ") == 2)
         assert "no link to the router: operator.anna" in caplog.text and "expired on" in caplog.text
         assert f"no link to the router: nobody listens at {tt2.endpoint}" in caplog.text
+    keys.revoke(keys.named("operator.anna"))
+    assert anna.identity_problem().startswith("operator.anna is revoked, or was moved: ")
 
 
 def test_a_robot_without_a_router_counts_from_the_loss_of_its_link(keys, routing, monkeypatch):

@@ -139,9 +139,12 @@ class BusConfig:
 
     def identity_problem(self) -> str:
         """Return why nobody could join with the identity's files as they are now; empty without a reason."""
+        if self.identity is None:
+            return ""
+        if not self.identity.folder.is_dir():
+            return f"{self.identity.name} is revoked, or was moved: {self.identity.folder} is gone"
         try:
-            if self.identity is not None:
-                Identity.load(self.identity.folder)
+            Identity.load(self.identity.folder)
         except TouchlineError as error:
             return str(error)
         return ""

@@ -211,8 +211,10 @@ def _check_admitted(session: zenoh.Session, identity: Identity) -> None:
     until_s = time.monotonic() + _ADMITTED_S
     while not list(session.liveliness().get(ROUTER_TOKEN, handlers.FifoChannel(1), timeout=_ADMITTED_S)):
         if time.monotonic() > until_s:
-            remedy = "if it is not revoked (touchline keys list), give the router the latest access.json"
-            raise TouchlineError(f"the router at {identity.access.router} does not admit {identity.name}: {remedy}")
+            remedy = "give the router the latest access.json; it admits new members once no robot has driven for 10 s"
+            raise TouchlineError(
+                f"the router at {identity.access.router} does not admit {identity.name}; if it is not revoked, {remedy}"
+            )
         time.sleep(_POLL_S)
 
 

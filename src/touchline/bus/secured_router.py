@@ -28,7 +28,6 @@ from touchline.security.audit_log import AuditLog
 from touchline.security.identity import Identity
 
 _LOG: Final = logging.getLogger(__name__)
-_DRIVING: Final = frozenset((TraversalStatus.RUNNING, TraversalStatus.PAUSED))
 _LAST_MOMENT: Final = timedelta(minutes=1)
 """Remaining life of the certificate in use at which its successor no longer waits."""
 _QUIET_S: Final = 10.0
@@ -78,7 +77,7 @@ class SecuredRouter:
         """
         while self._session is not None and (sample := self._statuses.try_recv()) is not None:
             payload = sample.payload.to_bytes()
-            if not self._form.problem(payload) and traversal_state(payload) in _DRIVING:
+            if not self._form.problem(payload) and traversal_state(payload) == TraversalStatus.RUNNING:
                 self._drove_s = time.monotonic()
         try:
             self._next = next(self._renewals) or self._next

@@ -197,7 +197,8 @@ def watch_robot(presence: Presence, name: str) -> None:
     """
     for change in presence.poll():
         if change.node == topics.ROBOT_SIM and not change.alive:
-            raise JobFailed(f"robot {name} has left the bus; back again, it can go on (touchline order go-on)")
+            remedy = "back again, `touchline order resume`; restarted, `touchline order go-on`"
+            raise JobFailed(f"robot {name} has left the bus; {remedy}")
 
 
 def _job(template: Template, bus: Bus, options: JobOptions, terminal: Terminal) -> BusRun:
