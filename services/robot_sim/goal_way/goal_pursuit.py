@@ -66,7 +66,7 @@ SQUARE_M: Final = 5.0
 """Room round all that is known, and grid of its edges: ways begun in one place and the next have the same ground."""
 BOTH_WAYS: Final = WaySearch(quick=True, spare_share=0.9)
 FORWARD: Final = BOTH_WAYS.model_copy(update={"no_reversing": True})
-AT_LAST: Final = WaySearch(spare_share=0.97)
+AT_LAST: Final = WaySearch(spare_share=0.9)
 GO_ROUND: Final = "the robot goes round something"
 
 
