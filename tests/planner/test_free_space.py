@@ -10,7 +10,7 @@ from tests.with_full import with_full
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.known_ground import KnownGround, KnownObstacle
-from touchline.schemas.messages import PlanOptions, PoseGoal
+from touchline.schemas.messages import PlanOptions, PoseGoal, WaySearch
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.free_space.convex_parts import body_parts, convex_parts
 from touchline.services.planner.free_space.ground_ways import GroundWays
@@ -55,6 +55,22 @@ def test_convex_parts_cover_a_shape_exactly():
     assert all(part.convex_hull.area == pytest.approx(part.area) for part in parts)
     assert shapely.union_all(parts).symmetric_difference(shape).area < 1e-12
     assert sum(part.area for part in parts) == pytest.approx(shape.area)
+
+
+@pytest.mark.parametrize("outline", [OUTLINE, load_vehicle("turtlebot2").body.footprint_m])
+def test_a_margin_is_hardly_wider_at_the_corners_of_a_body(outline):
+    grown = shapely.union_all([shapely.Polygon(part) for part in body_parts(outline, 0.1)])
+    body = shapely.Polygon(outline)
+    assert body.buffer(0.1, quad_segs=64).difference(grown).area < 1e-9
+    assert max(body.distance(shapely.Point(corner)) for corner in shapely.get_coordinates(grown)) < 0.11
+
+
+def test_a_robot_with_a_corner_beside_a_post_gets_away_with_a_margin():
+    post = KnownObstacle(id="post", corners=((0.81, 0.39), (0.9, 0.39), (0.9, 0.48), (0.81, 0.48)))  # 0.085 m from it
+    ground = KnownGround(boundary=((-6.0, -3.0), (6.0, -3.0), (6.0, 3.0), (-6.0, 3.0)), obstacles=(post,))
+    options, search = PlanOptions(start=[0.0, 0.0, 0.0], margin_m=0.07), WaySearch(quick=True, spare_share=0.9)
+    made = plan_to_goal(PoseGoal(x_m=-4.0, y_m=0.0), Vehicle(), options, ground=ground, search=search)
+    assert least_distance(made, ground, OUTLINE) > 0.07
 
 
 def test_brackets_hold_what_they_promise():

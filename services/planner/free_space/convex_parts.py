@@ -10,6 +10,8 @@ import shapely
 from touchline.core.robust_overlay import as_area, buffer
 from touchline.services.planner.geometry.clothoid import Floats
 
+# Distance from a corner of the body at which its margin is cut off, as a multiple of the margin.
+CUT_OFF = 1.03
 # A corner of a convex part may be this much (m², twice the area of a triangle) on the wrong side, by rounding.
 ROUNDING_M2 = 1e-12
 
@@ -44,11 +46,13 @@ def convex_parts(shape: shapely.Polygon | shapely.MultiPolygon) -> list[Floats]:
 def body_parts(outline: Sequence[Corner], margin_m: float) -> list[Floats]:
     """Convex parts of a body with a margin all round; of one that is reduced to nothing, none.
 
+    Its corners are cut off, so that things are kept hardly farther off them than off the sides.
+
     Args:
         outline: (n, 2) corners of the body, in its own frame (m).
         margin_m: Margin (m); negative: the body is reduced on every side.
     """
-    shape = as_area(buffer(shapely.Polygon(outline), margin_m, join_style="mitre"))
+    shape = as_area(buffer(shapely.Polygon(outline), margin_m, join_style="mitre", mitre_limit=CUT_OFF))
     return [] if shape.is_empty else convex_parts(shape)
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import shapely
 
 from touchline.onboard.interface import TICKS_PER_S
-from touchline.onboard.protection.way import OFF_AGAIN_M
 from touchline.schemas.known_ground import KnownGround, Ring
 from touchline.schemas.messages import (
     LeavingTrajectory,
@@ -21,12 +20,11 @@ from touchline.schemas.messages import (
     WaySearch,
 )
 from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
-from touchline.services.robot_sim.goal_way.kept_things import KeptThings, PlannedThings, moved_off, places_on
+from touchline.services.robot_sim.goal_way.goal_margins import NEARER_M, GoalMargins
 from touchline.services.robot_sim.goal_way.seen_ground import CELL_M, FADED_S, SeenGround, cell_middles
 from touchline.services.robot_sim.goal_way.way_ahead import WayAhead
-from touchline.services.robot_sim.goal_way.way_request import ChosenWay, PlannedWay, Planning, SeenPlaces, WayRequest
+from touchline.services.robot_sim.goal_way.way_request import ChosenWay, PlannedWay, Planning, WayRequest
 from touchline.services.robot_sim.grown_outlines import body_at
-from touchline.services.robot_sim.way_round.rest_request import coming_m, passing_m
 
 KEEP_S: Final = 0.4
 """Sim time for which the present way is kept while the next one is planned, if sim time stands still for that."""
@@ -56,33 +54,19 @@ FORGETS: Final = 2
 """Number of times that it forgets what it has not seen again."""
 THOROUGH_MAX: Final = 3
 """Number of thorough searches after which it gives up: they may find ways, too."""
-WIDER_M: Final = (0.15, 0.05, 0.02)
-"""Distances beyond what protection needs that ways keep from things: what there is room for, the last at least."""
-ERROR_M: Final = 0.12
-"""Largest error of hits that is planned for: a robot that has just set off may not know its heading well yet."""
 NOISE_M: Final = 0.03
 """Distance by which a way may come nearer to what is seen than planned: noise of returns, and size of cells."""
-STANDS_ON_M: Final = 0.01
-NEARER_M: Final = 0.01
-"""Distance by which a robot that stands near to something may come nearer."""
-NEAR_M: Final = 0.15
-"""Distance from where it stands, beyond the body's length, within which it may be as near as that: all of the body has
-to go by what is beside its front."""
 HASTE: Final = 0.3
 """Share of the time for which the present way is kept after which a driving robot takes the first way that it finds."""
 DETOUR: Final = 1.3
 """Factor of the least time from which a way with less margin is looked for, too."""
-OFF_WAY_M: Final = 0.02
-OFF_WAY_RAD: Final = 0.03
-"""Allowance for the robot's distance from its way and for its heading, which protection adds to what is needed, and for
-the spacing of the poses that it looks at."""
 BACK_M: Final = (0.3, 0.8)
 """Distances by which a robot backs off that stands too near to something to drive another way."""
 SQUARE_M: Final = 5.0
 """Room round all that is known, and grid of its edges: ways begun in one place and the next have the same ground."""
 BOTH_WAYS: Final = WaySearch(quick=True, spare_share=0.9)
 FORWARD: Final = BOTH_WAYS.model_copy(update={"no_reversing": True})
-AT_LAST: Final = WaySearch(spare_share=0.97)
+AT_LAST: Final = WaySearch(spare_share=0.9)
 GO_ROUND: Final = "the robot goes round something"
 
 
@@ -121,15 +105,10 @@ class GoalPursuit:
     def __init__(self, emulator: Emulator, goal: PoseGoal, options: PlanOptions, seen: SeenGround) -> None:
         self._emulator, self._goal, self._options, self._seen = emulator, goal, options, seen
         self._ground = seen.known
-        self._known = KeptThings(places_on(seen.known.obstacles))
         if emulator.onboard.perception is not None:
             emulator.onboard.perception.whole_scans = True  # beams without a return show ground as free
         self._vehicle = emulator.vehicle
-        self._body = np.array(self._vehicle.body.footprint_m)
-        braking_mps2 = emulator.onboard.protection.braking_mps2
-        self._passing_m = passing_m(self._vehicle, braking_mps2)
-        self._coming_m = coming_m(self._vehicle, braking_mps2, 0.0)
-        self._off_way_m = OFF_WAY_M + OFF_WAY_RAD * float(np.hypot(*self._body.T).max())
+        self._margins = GoalMargins(emulator, seen)
         self._clear_m = 0.0
         self._way = WayAhead.at(self._pose)
         self._scan_tick = -1
@@ -154,27 +133,12 @@ class GoalPursuit:
         self.driven_s = now_s - self._began_s
         self._present = trajectory
         self._way = WayAhead.of(trajectory)
-        self._clear_m = self._clearance_m(self._way, self._levels_m[0])
+        self._clear_m = self._margins.clearance_m(self._way, self._margins.levels_m[0])
 
     @property
     def _kept_m(self) -> float:
         """Distance from things at which the present way is left for another."""
-        return max(min(self._needed_m, self._clear_m - NOISE_M), -self._farther_m)
-
-    @property
-    def _seen_things(self) -> tuple[KeptThings, KeptThings]:
-        """Seen things: those that stand, as a known outline explains them, and those that may move."""
-        standing_m, moving_m = self._seen.places_m
-        return KeptThings(standing_m), KeptThings(moving_m, self._farther_m)
-
-    @property
-    def _things(self) -> tuple[KeptThings, ...]:
-        """All things, by kinds."""
-        return self._known, *self._seen_things
-
-    def _clearance_m(self, way: WayAhead, most_m: float) -> float:
-        """Return the least distance from all things along a way, as of `KeptThings`."""
-        return min(each.clearance_m(way, self._body, most_m) for each in self._things)
+        return max(min(self._margins.needed_m, self._clear_m - NOISE_M), -self._margins.farther_m)
 
     def look(self) -> None:
         """Enter the last scan of each lidar."""
@@ -263,7 +227,7 @@ class GoalPursuit:
             return None
         self._thorough_left -= 1
         leave = _Leave(self._standing_at(self._pose), WayAhead.at(self._pose))
-        found = yield from self._with_margin(self._needed_m, leave, AT_LAST)
+        found = yield from self._with_margin(self._margins.needed_m, leave, AT_LAST)
         return None if found is None else ChosenWay(found[1].trajectory, found[0].cause)
 
     @property
@@ -288,7 +252,7 @@ class GoalPursuit:
 
     def _meets(self, way: WayAhead) -> bool:
         """Return whether the robot would come too near to something on a way."""
-        return self._clearance_m(way, self._kept_m) < self._kept_m
+        return self._margins.clearance_m(way, self._kept_m) < self._kept_m
 
     def _standing_at(self, pose: tuple[float, float, float]) -> PlanOptions:
         """Return the options of a way that begins where the robot stands."""
@@ -302,8 +266,8 @@ class GoalPursuit:
     def _backs_off(self) -> Planning[ChosenWay | None]:
         """Return a way straight back over seen ground to where another way begins; None if there is none."""
         x, y, heading = self._pose
-        needed_m = self._needed_now_m
-        now_m = self._clearance_m(WayAhead.at(self._pose), needed_m)
+        needed_m = self._margins.needed_now_m
+        now_m = self._margins.clearance_m(WayAhead.at(self._pose), needed_m)
         for back_m in BACK_M:
             pose = x - back_m * math.cos(heading), y - back_m * math.sin(heading), heading
             goal = PoseGoal(x_m=pose[0], y_m=pose[1], heading_rad=math.remainder(heading, math.tau))
@@ -312,10 +276,10 @@ class GoalPursuit:
             if isinstance(planned, str):
                 return None
             way = WayAhead.of(planned.trajectory)
-            near_m = self._clearance_m(way, needed_m)
+            near_m = self._margins.clearance_m(way, needed_m)
             if near_m < now_m - NEARER_M or not self._seen_free_behind(way):
                 return None
-            if self._clearance_m(WayAhead.at(pose), self._needed_m) < self._needed_m:
+            if self._margins.clearance_m(WayAhead.at(pose), self._margins.needed_m) < self._margins.needed_m:
                 continue
             if (following := (yield from self._from_pose(pose))) is not None:
                 self._then = following
@@ -371,7 +335,7 @@ class GoalPursuit:
     def _planned(self, leave: _Leave) -> Planning[tuple[WayRequest, PlannedWay] | None]:
         """Plan round what was seen, with as much margin as there is room for; None if there is no such way."""
         best: tuple[WayRequest, PlannedWay] | None = None
-        levels_m = self._levels_from_m(leave.begins)
+        levels_m = self._margins.levels_from_m(leave.begins)
         if self._shut_in and not (yield from self._is_way(leave)):
             return None
         latest_tick = self._emulator.tick_count + round(HASTE * self.keep_s * TICKS_PER_S)
@@ -397,7 +361,7 @@ class GoalPursuit:
     def _is_way(self, leave: _Leave) -> Planning[bool]:
         """Return whether there is a way with the least margin: else none is looked for with more."""
         search = BOTH_WAYS if leave.running is None else FORWARD
-        return (yield from self._made(self._levels_m[-1], leave, search)) is not None
+        return (yield from self._made(self._margins.levels_m[-1], leave, search)) is not None
 
     @property
     def _least_s(self) -> float:
@@ -414,7 +378,7 @@ class GoalPursuit:
         if made is None:
             return None
         way = WayAhead.of(made[1].trajectory)
-        if not self._passes(way, leave.begins):
+        if not self._margins.passes(way, leave.begins):
             self.problem = "the robot stands too near to something to drive off"
         elif not search.no_reversing and not self._seen_free_behind(way):
             self.problem = "the only way leads backward over ground that the robot has not seen"
@@ -429,8 +393,7 @@ class GoalPursuit:
         boundary = self._ground.boundary or self._surroundings()
         known = KnownGround(boundary=boundary, obstacles=self._ground.obstacles)
         options = leave.options.model_copy(update={"margin_m": margin_m})
-        beside, *things = (self._planned_things(each, leave.begins, margin_m) for each in self._things)
-        seen = SeenPlaces(known, beside.of_clear(self._known), tuple(things))
+        seen = self._margins.planned(known, leave.begins, margin_m)
         request = WayRequest(self._goal, options, seen, search, leave.running)
         planned = yield request
         if isinstance(planned, str):
@@ -438,73 +401,14 @@ class GoalPursuit:
             return None
         return request, planned
 
-    def _planned_things(self, things: KeptThings, begins: WayAhead, margin_m: float) -> PlannedThings:
-        """Return things for a plan with a margin: those nearer to where the way begins are moved off."""
-        clear = begins.swept(self._body, margin_m + things.farther_m + STANDS_ON_M)
-        by_m = margin_m - self._nearest_m(begins, things)
-        return PlannedThings(things._replace(places_m=moved_off(things.places_m, clear, by_m)), clear)
-
     def _surroundings(self) -> Ring:
         """Return a rectangle with room round the robot, the goal and all things."""
         places = np.vstack(
-            (*(each.places_m for each in self._seen_things), self._pose[:2], (self._goal.x_m, self._goal.y_m))
+            (*(each.places_m for each in self._margins.seen_things), self._pose[:2], (self._goal.x_m, self._goal.y_m))
         )
         west, south = (SQUARE_M * math.floor(low / SQUARE_M) - SQUARE_M for low in places.min(axis=0).tolist())
         east, north = (SQUARE_M * math.ceil(high / SQUARE_M) + SQUARE_M for high in places.max(axis=0).tolist())
         return (west, south), (east, south), (east, north), (west, north)
-
-    def _passes(self, way: WayAhead, begins: WayAhead) -> bool:
-        """Return whether protection lets the robot drive a way: it comes no nearer to things than it may, or is."""
-        needed_m, needed_now_m = self._needed_m, self._needed_now_m
-        last = begins.poses[-1]
-        near = np.hypot(*(way.poses[:, :2] - last[:2]).T) < NEAR_M + float(np.ptp(self._body[:, 0]))
-        near |= way.station_m < begins.station_m[-1] - begins.station_m[0]
-        first, rest = way.where(near), way.where(~near)
-        return all(
-            each.clearance_m(first, self._body, needed_now_m) >= self._nearest_m(begins, each)
-            and each.clearance_m(rest, self._body, needed_m) >= needed_m
-            for each in self._things
-        )
-
-    def _nearest_m(self, begins: WayAhead, things: KeptThings) -> float:
-        """Return the distance from things down to which protection lets the robot come near to where a way begins."""
-        now_m = things.clearance_m(begins, self._body, self._needed_now_m)
-        return max(now_m, -things.farther_m) - NEARER_M
-
-    @property
-    def _levels_m(self) -> tuple[float, ...]:
-        """Margins to plan with, the widest first."""
-        needed_m = self._needed_m
-        wide_m = max(self._passing_m - self._farther_m, needed_m + WIDER_M[0])
-        return (wide_m, *(needed_m + wider_m for wider_m in WIDER_M[1:]))
-
-    def _levels_from_m(self, begins: WayAhead) -> tuple[float, ...]:
-        """Margins to plan a way with: also as near as the robot may come where it begins, if that is farther."""
-        nearest_m = min(self._nearest_m(begins, each) for each in self._things)
-        return tuple(sorted({*self._levels_m, max(nearest_m, self._levels_m[-1])}, reverse=True))
-
-    @property
-    def _needed_m(self) -> float:
-        """Distance from things that stand at which protection lets the robot pass, however slowly."""
-        return self._needed_with_m(min(self._emulator.onboard.protection.error_m, ERROR_M))
-
-    @property
-    def _needed_now_m(self) -> float:
-        """The same where the robot begins a way, by the error that hits have now."""
-        return self._needed_with_m(self._emulator.onboard.protection.error_m)
-
-    def _needed_with_m(self, error_m: float) -> float:
-        return self._vehicle.protection.margin_m + error_m + self._off_way_m
-
-    @property
-    def _farther_m(self) -> float:
-        """Distance that it needs from things that may move beyond that from those that stand.
-
-        It is that at which it comes to rest: from there on it may come no nearer.
-        """
-        if not self._coming_m:
-            return 0.0
-        return self._coming_m + min(self._emulator.onboard.protection.error_m, ERROR_M) + OFF_AGAIN_M
 
     def _seen_free_behind(self, way: WayAhead) -> bool:
         """Return whether the robot sees behind, or drives this way backward only over ground that it saw as free."""

@@ -7,6 +7,12 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
+            "The margin of ways over known ground and among seen things ended in sharp points at the body's "
+            "corners, 1.4 times as far out as at its sides; now they are cut off at 1.1 times. A robot with a "
+            "corner beside a thing found no way off, though there was one, and ways were not found through gaps "
+            "that are wide enough."
+        ),
+        (
             "A robot whose position is moved back, because the receiver has jumped or its estimate had run ahead "
             "of it, begins to paint further back by as much. It left a gap where the line had stopped: 0.37 m in "
             "one case."
