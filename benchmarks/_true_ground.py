@@ -72,10 +72,9 @@ def untrue_m2(cells: CoveredCells, patches: Sequence[Sequence[Sequence[float]]])
 
 def _under(stroke: PaintMarks) -> Floats:
     """Return points (n, 2) under the tool's line, all along a stroke."""
-    ends = np.column_stack((stroke.x_m, stroke.y_m))
+    ends = _thinned(np.column_stack((stroke.x_m, stroke.y_m)))
     ahead = np.diff(ends, axis=0)
     lengths = np.hypot(*ahead.T)
-    ends, ahead, lengths = ends[:-1][lengths > 0.0], ahead[lengths > 0.0], lengths[lengths > 0.0]
     if not len(lengths):
         return np.zeros((0, 2))
     at = np.concatenate(([0.0], np.cumsum(lengths)))
@@ -83,5 +82,15 @@ def _under(stroke: PaintMarks) -> Floats:
     piece = np.clip(np.searchsorted(at, along, side="right") - 1, 0, len(lengths) - 1)
     unit = ahead[piece] / lengths[piece, None]
     middles = ends[piece] + unit * (along - at[piece])[:, None]
-    across = np.arange(-0.5 * stroke.width_m, 0.5 * stroke.width_m + 1e-9, STEP_M)
+    half_m = 0.5 * (stroke.width_m - CELL_M)  # then they are in cells whose middles are under it
+    across = np.linspace(-half_m, half_m, math.ceil(2.0 * half_m / STEP_M) + 1)
     return (middles[:, None] + across[:, None] * np.column_stack((-unit[:, 1], unit[:, 0]))[:, None]).reshape(-1, 2)
+
+
+def _thinned(points: Floats) -> Floats:
+    """Leave out points nearer than a step to the last one: where the robot stands they lead in any direction."""
+    kept = [points[0]]
+    for point in points[1:]:
+        if math.dist(point, kept[-1]) >= STEP_M:
+            kept.append(point)
+    return np.array(kept)
