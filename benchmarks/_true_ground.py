@@ -84,7 +84,9 @@ def _under(stroke: PaintMarks) -> Floats:
     middles = ends[piece] + unit * (along - at[piece])[:, None]
     half_m = 0.5 * (stroke.width_m - CELL_M)  # then they are in cells whose middles are under it
     across = np.linspace(-half_m, half_m, math.ceil(2.0 * half_m / STEP_M) + 1)
-    return (middles[:, None] + across[:, None] * np.column_stack((-unit[:, 1], unit[:, 0]))[:, None]).reshape(-1, 2)
+    left = np.column_stack((-unit[:, 1], unit[:, 0]))
+    under: Floats = middles[:, None] + across[:, None] * left[:, None]
+    return under.reshape(-1, 2)
 
 
 def _thinned(points: Floats) -> Floats:
