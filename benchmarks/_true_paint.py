@@ -94,3 +94,8 @@ def longest_m(where: Bools) -> float:
     """Length of the longest run of the raster (m)."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], where.astype(int), [0]))))
     return RASTER_M * float((edges[1::2] - edges[::2]).max(initial=0))
+
+
+def painted_m(template: Template, strokes: Sequence[PaintMarks]) -> float:
+    """Return the length of a template's lines that is painted."""
+    return RASTER_M * float(sum(painted_cells(each.curve(), strokes).sum() for each in template.segments))

@@ -12,8 +12,8 @@ MOTIONS, SHARES = ("wander", "path", "step-in-front", "intercept"), (0.4, 0.3, 0
 FEWEST, MOST = 5, 40
 FASTEST_MPS: Final = 1.4
 """Below the speed of things that protection counts on."""
-CLEAR_M: Final = 6.0
-"""Distance from the robot's start within which nothing is."""
+CLEAR_M: Final = 2.0
+"""Distance from the robot's start within which nothing is at first."""
 Box = tuple[float, float, float, float]
 
 
@@ -28,17 +28,20 @@ def random_things(rng: np.random.Generator, box: Box, start: tuple[float, float]
     wanted, things = int(rng.integers(FEWEST, MOST + 1)), list[ScenarioObject]()
     while len(things) < wanted:
         x, y = rng.uniform(box[0], box[2]), rng.uniform(box[1], box[3])
-        if math.hypot(x - start[0], y - start[1]) < CLEAR_M:
-            continue
         place: dict[str, Any] = {"x_m": x, "y_m": y, "heading_rad": rng.uniform(-math.pi, math.pi)}
         moves = len(things) % 3 == 0
         kind = str(rng.choice(("person", "dog"))) if moves else str(rng.choice(STANDING))
-        things.append(
-            ScenarioObject.model_validate(
-                {"kind": kind, **place, **({"motion": _motion(rng, box, (x, y))} if moves else {})}
-            )
+        thing = ScenarioObject.model_validate(
+            {"kind": kind, **place, **({"motion": _motion(rng, box, (x, y))} if moves else {})}
         )
+        if math.hypot(x - start[0], y - start[1]) > CLEAR_M + _reach_m(thing):
+            things.append(thing)
     return tuple(things)
+
+
+def _reach_m(thing: ScenarioObject) -> float:
+    """Return the largest distance of a thing's outline from its place."""
+    return max((math.hypot(*corner) for corner in thing.outline_m), default=thing.disc_m)
 
 
 def _motion(rng: np.random.Generator, box: Box, place: tuple[float, float]) -> dict[str, Any]:

@@ -239,6 +239,16 @@ def test_who_steps_out_makes_it_brake_hard_at_once_with_the_valve_shut():
     assert painted[1][0] - painted[0][1] < 0.002
 
 
+@pytest.mark.parametrize(("speed_mps", "moves"), [(0.6, True), (0.0, False)])
+def test_who_walks_before_a_robot_that_does_not_know_its_heading_yet_moves(speed_mps, moves):
+    drive = Drive(LINE)
+    for n in range(20):
+        walker = post(1.6, speed_mps * (0.1 * n - 1.0), 0.2)
+        drive.onboard.protection.take(Hits(walker, drive.run.rig.tick, 0.36))
+        drive.run.ticks(10)
+    assert drive.onboard.blocked.moving == moves
+
+
 def test_a_thing_behind_keeps_it_from_backing_up_for_owed_paint():
     drive = Drive(LINE)
     drive.until(lambda drive: drive.x > 5.0)

@@ -69,6 +69,18 @@ def test_a_robot_goes_on_after_a_person_who_crosses() -> None:
     assert not hits(done)
 
 
+def test_a_robot_waits_for_a_person_who_walks_to_and_fro_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    plans = Mock(side_effect=plan_to_goal)
+    monkeypatch.setattr(goal_rerouting, "plan_to_goal", plans)
+    paces = [[1.3, 0.6], [1.3, -0.6]] * 9  # for 27 s, nearer than the robot may have somebody to move
+    person = {"kind": "person", "name": "groundsman", "x_m": 1.3, "y_m": -0.6}
+    motion = {"kind": "path", "points": [*paces, [1.3, -20.0]], "speed_mps": 0.8}
+    done = going({**person, "motion": motion}, protection={"mode": "passive"})
+    assert not done.problem
+    assert not hits(done)
+    assert plans.call_count < 20
+
+
 def test_a_robot_in_a_closed_room_is_told_that_no_way_leads_out(monkeypatch: pytest.MonkeyPatch) -> None:
     plans = Mock(side_effect=plan_to_goal)
     monkeypatch.setattr(goal_rerouting, "plan_to_goal", plans)

@@ -44,7 +44,9 @@ COMES_AND_GOES_S: Final = 2.0
 WAITING_S: Final = 5.0
 """and if it moves."""
 PATIENCE_S: Final = 15.0
-"""Time without progress after which the robot gives up."""
+"""Time without progress after which the robot gives up;"""
+MOVING_PATIENCE_S: Final = 60.0
+"""and if something in its way has moved within PATIENCE_S."""
 PROGRESS_M: Final = 0.3
 QUICKER: Final = 0.85
 """Share of the time of a way with more margin that one with less may take."""
@@ -114,6 +116,7 @@ class GoalPursuit:
         self._scan_tick = -1
         self._retry_tick = 0
         self._progress = 0, math.inf, math.inf
+        self._moved_tick = 0
         self._stops, self._forgets_left, self._thorough_left = 0, FORGETS, THOROUGH_MAX
         self._began_s: float | None = None
         self.driven_s, self.keep_s = 0.0, KEEP_S
@@ -143,6 +146,8 @@ class GoalPursuit:
     def look(self) -> None:
         """Enter the last scan of each lidar."""
         perception, tick = self._emulator.onboard.perception, self._emulator.tick_count
+        if (blocked := self._emulator.onboard.blocked) is not None and blocked.moving:
+            self._moved_tick = tick
         assert perception is not None  # a robot without a lidar sees nothing
         hits = perception.hits
         if hits is None or hits.tick == self._scan_tick:
@@ -193,12 +198,15 @@ class GoalPursuit:
         if not self._sets_off and not self._is_blocked:
             return ""
         self._retry_tick = tick + round(AGAIN_S * TICKS_PER_S)
-        if waited_s <= PATIENCE_S and self._stops < STOPS_MAX:
+        moved = tick - self._moved_tick <= PATIENCE_S * TICKS_PER_S
+        patient = waited_s <= (MOVING_PATIENCE_S if moved else PATIENCE_S) and self._stops < STOPS_MAX
+        if self._too_near:
+            self.problem = self._emulator.onboard.status.reason
+            return "" if patient else self.problem
+        if patient:
             self._next = yield from self._from_pose(self._pose)
             if self._next is None and not self._sets_off:
                 self._next = yield from self._backs_off()
-        elif self._too_near:
-            return self.problem
         elif (following := (yield from self._at_last())) is not None:
             self._next = following
         else:
@@ -206,8 +214,6 @@ class GoalPursuit:
         if self._next is not None:
             self._stops += 1
             return GO_ROUND
-        if self._too_near:
-            self.problem = self._emulator.onboard.status.reason
         self._retry_tick = tick + round(min(max(AGAIN_S, waited_s), WAITING_S) * TICKS_PER_S)
         if waited_s > WAITING_S and self._forgets_left:
             self._forgets_left -= 1

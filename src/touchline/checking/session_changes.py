@@ -13,6 +13,12 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "that are wide enough."
         ),
         (
+            "A robot that stands takes a walking person before it for something that moves, though it does not "
+            "know its heading yet: it compared three scans and allowed for twice an error of 0.36 m. A drive to a "
+            "goal waits for 60 s, no longer for 15 s, while what is in its way moves, and plans nothing while "
+            "that is so near that the robot may not move."
+        ),
+        (
             "A robot whose position is moved back, because the receiver has jumped or its estimate had run ahead "
             "of it, begins to paint further back by as much. It left a gap where the line had stopped: 0.37 m in "
             "one case."

@@ -45,8 +45,10 @@ STOP_FROM_MPS: Final = 0.3
 """Speed from which a stop says something about the ground."""
 LEAST_BRAKING_MPS2: Final = 0.05
 MOVED_M: Final = 0.1
-"""A thing moves if no hit was that near to it MOVED_SCANS ago."""
-MOVED_SCANS: Final = 3
+"""A thing moves if no hit was that near to it MOVED_SCANS ago, but for twice the error of hits."""
+MOVED_SCANS: Final = 10
+MOVED_ERROR_M: Final = 0.06
+"""Largest error of hits that counts there: what is not known of the pose is the same in both scans."""
 _NO_HITS: Final = HitArrays(*(np.empty((0, 2)) for _ in range(3)))
 
 
@@ -353,7 +355,7 @@ class Protector:
         place = self._reach.place(int(way.nearest[first]))
         distance_m, _ = clearance(self._body, way.radius_m, self._pose(), place[None], math.inf)
         earlier = self._earlier[0] if len(self._earlier) == MOVED_SCANS else points
-        far_m = MOVED_M + 2.0 * way.error_m
+        far_m = MOVED_M + 2.0 * min(way.error_m, MOVED_ERROR_M)
         moving = bool(len(earlier) == 0 or np.hypot(*(earlier - place).T).min() > far_m)
         since_tick = self._blocked.since_tick if self._blocked is not None else self._computer.times.tick
         kept_m = way.margin_m + way.error_m + way.thing_mps * (way.late_ticks * TICK_S + way.reaction_s + way.creep_s)
