@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks._grid_team import CELL_M, LATE_S, LateGridWays, team_on
 from benchmarks._settings import NotHereError, Small
-from touchline.coordination.algorithms import answers
+from touchline.coordination.algorithms import asking
 from touchline.coordination.mapf.grid_map import read_map, read_scenario
 from touchline.coordination.mapf.lacam import board_of, solve
 from touchline.coordination.mapf.refine import cost, refined
@@ -77,7 +77,7 @@ def _drive(folder: Path, name: str, robots: int, late: float) -> None:
     ways = LateGridWays(late)
     TEAM_ALGORITHMS.register("late-ways", "of this benchmark", lambda: ways)
     run = TeamRun(team_on(grid, starts, goals, 1, DURATION_S, "late-ways"))
-    with patch.object(answers, "perf_counter", return_value=0.0):
+    with patch.object(asking, "perf_counter", return_value=0.0):
         run.run()
     TEAM_ALGORITHMS.forget("late-ways")
     assert ways.order is not None, "it has planned"
