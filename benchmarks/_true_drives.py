@@ -1,4 +1,4 @@
-"""True places of a team's robots, by the ticks of their clocks: contacts, and how long they stand."""
+"""True places of a team's robots, by the ticks of their clocks or as they come: contacts, and how long they stand."""
 
 from __future__ import annotations
 
@@ -20,20 +20,29 @@ class TrueDrives:
     Args:
         names: The robots.
         side_m: Side of the square, whose corner is the origin.
+        in_step: Whether their clocks are the same. If not, the place of each is compared with the last ones of the others
+            that came before it: by ticks a robot would touch another that left the place a moment ago.
 
     Attributes:
         drove_ticks: Last tick at which each robot was driving; −1: none yet.
     """
 
-    def __init__(self, names: Iterable[str], side_m: float) -> None:
+    def __init__(self, names: Iterable[str], side_m: float, *, in_step: bool = True) -> None:
         self._at: dict[str, dict[int, tuple[complex, float]]] = {name: {} for name in names}
+        self._in_step, self._last = in_step, dict[str, complex]()
+        self._as_they_came: dict[frozenset[str], list[float]] = {}
         self._side_m, self.drove_ticks = side_m, dict.fromkeys(self._at, -1)
 
     def take(self, name: str, odometry: Odometry) -> None:
         """Take a robot's true odometry."""
         tick, place = round(100 * odometry.header.stamp.seconds), odometry.pose.pose.position
         speed_mps = odometry.twist.twist.linear.x
-        self._at[name][tick] = complex(place.x, place.y), abs(speed_mps)
+        here = complex(place.x, place.y)
+        self._at[name][tick] = here, abs(speed_mps)
+        self._last[name] = here
+        for other, there in self._last.items():
+            if other != name:
+                self._as_they_came.setdefault(frozenset((name, other)), []).append(abs(here - there))
         if abs(speed_mps) >= _STANDS_MPS:
             self.drove_ticks[name] = tick
 
@@ -61,12 +70,14 @@ class TrueDrives:
 
     @property
     def _apart_m(self) -> list[np.ndarray]:
+        if not self._in_step:
+            return [np.array(each) for each in self._as_they_came.values()]
         pairs = combinations(self._at.values(), 2)
         return [np.array([abs(one[t][0] - other[t][0]) for t in one if t in other]) for one, other in pairs]
 
     @property
     def closest_m(self) -> float:
-        """Least distance of two centres at the same tick."""
+        """Least distance of two centres at the same time."""
         return min(float(each.min()) for each in self._apart_m)
 
     @property

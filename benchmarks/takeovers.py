@@ -3,8 +3,8 @@
 `python -m benchmarks takeovers`: `robots` emulated robots at real time drive to one goal after another (by `seed`) in 5
 × 5 m. The coordinator gets SIGKILL `kills` times, two to four seconds after all are guided; each time its standby takes
 over, and another one is started. All are processes on one bus. `avoid` is one way to keep apart. Robots are in
-lockstep; with `lockstep=0`, only by cells, they are not, as real ones, but then the ticks of one may not be those of
-another, so contacts say nothing.
+lockstep; with `lockstep=0`, only by cells, they are not, as real ones: the clock of one that waited for a processor is
+late then, so places are compared as they come, not by ticks.
 
 Columns, in wall-clock time from the kill, median and most: until the standby is the coordinator, until it sends a robot
 its first cell or plan, until the first robot reports that it follows that, until all do. Then the longest time that a
@@ -151,7 +151,7 @@ class _Team:
         reported = (topics.PLAN_STATE, topics.WHEREABOUTS, topics.STATUS, topics.DIAGNOSTICS)
         heard = [topics.TRUTH, topics.GUIDANCE, *reported]
         self._inboxes = {name: bus.of(name).inbox(heard, keep="recent") for name in team.names}
-        self.drives, self._watch = TrueDrives(team.names, _SIDE_M), _Watch()
+        self.drives, self._watch = TrueDrives(team.names, _SIDE_M, in_step=lockstep), _Watch()
         self._stands_by, self._ready, self.paused = False, set[str](), 0
         self._until(lambda: self._stands_by and self._ready == set(team.names))
         task = m.TeamTaskRequest(request_id=new_id(), task_json=team.task.model_dump_json())

@@ -14,7 +14,10 @@ from numpy.typing import NDArray
 from touchline.coordination.mapf.action_order import ActionOrder
 from touchline.coordination.mapf.grid_map import AgentGrid, read_map, read_scenario
 from touchline.coordination.mapf.lacam import board_of, solve
+from touchline.coordination.mapf.lacam_kernels import AgentBoard
 from touchline.coordination.mapf.refine import cost, refined
+from touchline.coordination.mapf.refine_kernels import arrival
+from touchline.coordination.mapf.turning import facing, with_turns
 from touchline.jobs.team.team_figures import team_figures
 from touchline.jobs.team.team_run import TeamRun
 from touchline.schemas.errors import PlanningError, SpecError
@@ -72,6 +75,32 @@ def test_moves_are_valid_or_there_are_none(problem: tuple[AgentGrid, Ints, Ints]
     check(grid, shorter, starts, goals)
     assert cost(board, shorter) <= cost(board, paths)
     _drive(ActionOrder(shorter), goals)
+    headings = np.arange(len(starts), dtype=np.int32) % 4
+    turning = with_turns(grid.neighbours, shorter, headings)
+    quicker = refined(board, turning, 20, headings=headings)
+    for each in (turning, quicker):
+        check(grid, each, starts, goals)
+        check_turns(grid, each, headings)
+    assert squares(board, quicker) <= squares(board, turning)
+    _drive(ActionOrder(quicker), goals)
+
+
+def squares(board: AgentBoard, paths: Ints) -> int:
+    """Sum of the squares of the steps until each is at its goal."""
+    return sum(arrival(paths, who, goal) ** 2 for who, goal in enumerate(board.goals.tolist()))
+
+
+def check_turns(grid: AgentGrid, paths: Ints, headings: Ints) -> None:
+    """That agents stay for a step before they move to another side, and for two before they move back."""
+    for way, heading in zip(paths.T.tolist(), headings.tolist(), strict=True):
+        stayed = 0
+        for here, there in pairwise(way):
+            if here == there:
+                stayed += 1
+                continue
+            side = grid.neighbours[here].tolist().index(there)
+            assert stayed >= min((side - heading) % 4, (heading - side) % 4)
+            heading, stayed = side, 0
 
 
 def _drive(order: ActionOrder, goals: Ints) -> None:
@@ -138,6 +167,18 @@ def test_ways_become_shorter() -> None:
     board = board_of(grid, goals)
     paths = solve(board, starts)
     assert cost(board, refined(board, paths, 300)) < 0.9 * cost(board, paths)
+
+
+def test_ways_with_turns_are_as_quick_as_those_of_one_agent_can_be() -> None:
+    grid = grid_of("....", ".@@.", "....")
+    starts, goals = np.array([0], dtype=np.int32), np.array([9], dtype=np.int32)
+    board, north, east = board_of(grid, goals), *facing(np.array([0.5, 0.0]) * np.pi)
+    assert grid.cells[goals[0]].tolist() == [3, 2]
+    for heading, steps in ((north, 6), (east, 6), (facing(np.array(-0.5 * np.pi)), 7)):
+        headings = np.array([heading], dtype=np.int32)
+        detour = np.array([[0, 1, 2, 3, 5, 9]], dtype=np.int32).T
+        turning = with_turns(grid.neighbours, detour, headings)
+        assert len(refined(board, turning, 1, headings=headings)) - 1 == steps
 
 
 def test_maps_and_scenarios_of_the_benchmark_are_read(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.sparse.csgraph import connected_components
 from shapely import Point
 
-from touchline.coordination.algorithms import answers
+from touchline.coordination.algorithms import asking
 from touchline.coordination.algorithms.algorithm_loading import algorithm_of
 from touchline.jobs.team.team_figures import team_figures
 from touchline.jobs.team.team_run import TeamRun
@@ -30,7 +30,7 @@ SWAP = {"kind": "swap"}
 @pytest.fixture(autouse=True)
 def _never_late(monkeypatch: pytest.MonkeyPatch) -> Any:
     """No answer is late, however busy the machine is."""
-    monkeypatch.setattr(answers, "perf_counter", lambda: 0.0)
+    monkeypatch.setattr(asking, "perf_counter", lambda: 0.0)
     yield
     if TEAM_ALGORITHMS.has("ours"):
         TEAM_ALGORITHMS.forget("ours")

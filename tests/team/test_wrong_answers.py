@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from decimal import Decimal
 from functools import cache
@@ -16,7 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.fleet.test_committed_plans import LIMITS
-from touchline.coordination.algorithms import answers
+from touchline.coordination.algorithms import asking
 from touchline.coordination.algorithms.algorithm_task import AlgorithmTask
 from touchline.coordination.algorithms.deciders import CentralDecider, Decider, RobotDeciders
 from touchline.coordination.algorithms.peer_radio import PeerRadio
@@ -177,7 +178,7 @@ class Loose(ForEach):
 
 @pytest.fixture(autouse=True)
 def clock(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.setattr(answers, "perf_counter", CLOCK)
+    monkeypatch.setattr(asking, "perf_counter", CLOCK)
     yield
 
 
@@ -228,6 +229,27 @@ def check(make: Callable[[], Decider], rule: Callable[[], Any]) -> None:
             assert book.dismissed
         assert bool(book.counts) == bool(book.first)
         json.dumps(wish_figures(task, Interventions()), allow_nan=False)
+
+
+def test_an_algorithm_that_does_not_end_stops_its_robot_and_nobody_waits_for_it() -> None:
+    goes_on, asked = threading.Event(), list[float]()
+
+    def stuck() -> VelocityWish:
+        asked.append(CLOCK.now_s)
+        if len(asked) > 1:
+            CLOCK.now_s += 1.0
+            goes_on.wait()
+        return STEADY
+
+    decider = for_each(lambda: ForEach(stuck, None))
+    task, states = AlgorithmTask(TEAM, ROOM, GoalLists({}), decider), np.zeros((2, 4))
+    assert task.wishes(("a", "b"), states) == {"a": STEADY, "b": STEADY}
+    for _ in range(2):
+        assert task.wishes(("a", "b"), states) == {"a": HOLD, "b": STEADY}
+    assert len(asked) == 2, "it is asked nothing before it has ended"
+    assert decider.books["a"].counts == {"late": 2}
+    assert not decider.books["b"].counts
+    goes_on.set()
 
 
 QUICK = settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck))

@@ -6,7 +6,6 @@ import math
 import traceback
 from collections import Counter
 from collections.abc import Callable, Sequence
-from time import perf_counter
 from typing import Any, Final, TypeVar
 
 import numpy as np
@@ -23,7 +22,6 @@ from touchline.coordination.algorithms.team_algorithm import (
     Wish,
 )
 from touchline.schemas.errors import TouchlineError
-from touchline.schemas.plugins import log_plugin_error
 
 T = TypeVar("T")
 
@@ -105,23 +103,6 @@ class AnswerBook:
         self.first = self.first or f"at {now_s:.1f} s {REASONS[TOO_FAST]}"
 
 
-def asked_in_time(question: Callable[[], T], most_s: float) -> T:
-    """Return the answer to a question.
-
-    Raises:
-        WrongAnswer: It raised an exception, or took too long.
-    """
-    begun_s = perf_counter()
-    try:
-        found = question()
-    except (Exception, SystemExit) as error:
-        log_plugin_error("the team's algorithm failed")
-        raise WrongAnswer(RAISED, _in_words(error)) from error
-    if (took_s := perf_counter() - begun_s) > most_s:
-        raise WrongAnswer(LATE, f"{took_s:.2f} s, of {most_s:g} s")
-    return found
-
-
 def in_shape(check: Callable[[], T]) -> T:
     """Return the result of looking at an answer, which may raise anything.
 
@@ -133,7 +114,7 @@ def in_shape(check: Callable[[], T]) -> T:
     except WrongAnswer:
         raise
     except Exception as error:
-        raise WrongAnswer(WRONG_SHAPE, _in_words(error)) from error
+        raise WrongAnswer(WRONG_SHAPE, in_words(error)) from error
 
 
 def checked_wish(answer: Any, me: Me) -> tuple[Wish, bool]:
@@ -187,7 +168,7 @@ def _checked_message(payload: Any) -> bytes | None:
     return payload
 
 
-def _in_words(error: BaseException) -> str:
+def in_words(error: BaseException) -> str:
     """Return an exception's type and text, even if that cannot be had."""
     return traceback.format_exception_only(error)[-1].strip()
 

@@ -1,7 +1,8 @@
 """Deciders: one algorithm for all robots of a team, or one for each, asked for wishes once per update.
 
 Whatever an algorithm does, each robot has a wish that can be followed: after a wrong answer it holds until the next
-update, after three in a row until the run ends. The first answer may take as long as it needs.
+update, after three in a row until the run ends. The first answer may take as long as it needs; others that are late are
+not waited for.
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ from touchline.coordination.algorithms.answers import (
     WRONG_SHAPE,
     AnswerBook,
     WrongAnswer,
-    asked_in_time,
     checked_message,
     checked_wish,
     in_shape,
 )
+from touchline.coordination.algorithms.asking import Asker
 from touchline.coordination.algorithms.peer_radio import PeerRadio, RadioFigures
 from touchline.coordination.algorithms.team_algorithm import HOLD, Team, Wish
 
@@ -52,7 +53,7 @@ class CentralDecider:
 
     def __init__(self, algorithm: Any) -> None:
         """Ask an algorithm from now on."""
-        self._algorithm, self._begun = algorithm, False
+        self._algorithm, self._begun, self._asker = algorithm, False, Asker()
         self.books: defaultdict[str, AnswerBook] = defaultdict(AnswerBook)
 
     def wishes(self, now: Team) -> dict[str, Wish]:
@@ -60,7 +61,7 @@ class CentralDecider:
         most_s = next(iter(now.robots.values())).period_s if self._begun else math.inf
         self._begun = True
         try:
-            found = asked_in_time(lambda: self._algorithm.decide(now), most_s)
+            found = self._asker.ask(lambda: self._algorithm.decide(now), most_s)
             answers = in_shape(lambda: _by_name(found, now))
         except WrongAnswer as error:
             for name in now.robots:
@@ -97,6 +98,7 @@ class RobotDeciders:
         """
         self._make, self._radio = make, radio
         self._algorithms: dict[str, Any] = {}
+        self._askers: defaultdict[str, Asker] = defaultdict(Asker)
         self.books: defaultdict[str, AnswerBook] = defaultdict(AnswerBook)
 
     @property
@@ -117,15 +119,15 @@ class RobotDeciders:
 
     def _asked(self, name: str, now: Team) -> tuple[Wish, bytes | None]:
         """Return a robot's wish and message."""
-        book, me = self.books[name], now.robots[name]
+        book, me, ask = self.books[name], now.robots[name], self._askers[name].ask
         if book.dismissed:
             return HOLD, None
         most_s = me.period_s if name in self._algorithms else math.inf
         try:
             if name not in self._algorithms:
-                algorithm = self._algorithms[name] = asked_in_time(self._make, math.inf)
-                asked_in_time(lambda: algorithm.start(me), math.inf)
-            answer = asked_in_time(lambda: self._heard_and_decided(name, now), most_s)
+                algorithm = self._algorithms[name] = ask(self._make, math.inf)
+                ask(lambda: algorithm.start(me), math.inf)
+            answer = ask(lambda: self._heard_and_decided(name, now), most_s)
             wish, payload = in_shape(lambda: _pair(answer))
             message = checked_message(payload)
         except WrongAnswer as error:

@@ -15,6 +15,7 @@ from touchline.coordination.mapf.action_order import ActionOrder
 from touchline.coordination.mapf.grid_map import AgentGrid
 from touchline.coordination.mapf.lacam import board_of, solve
 from touchline.coordination.mapf.refine import refined
+from touchline.coordination.mapf.turning import facing, with_turns
 from touchline.schemas.errors import SpecError
 
 Floats = NDArray[np.float64]
@@ -74,8 +75,10 @@ class GridWays:
         names = [me.name for me in robots]
         starts, ends = self._cells(grid, places, names, "stands"), self._cells(grid, wanted, names, "has its goal")
         board = board_of(grid, ends)
-        paths = solve(board, starts, robots[0].seed)
-        return ActionOrder(refined(board, paths, self._refine_turns, robots[0].seed))
+        turns, seed = self._refine_turns, robots[0].seed
+        paths = refined(board, solve(board, starts, seed), turns, seed)
+        headings = facing(np.array([me.heading_rad for me in robots]))
+        return ActionOrder(refined(board, with_turns(grid.neighbours, paths, headings), turns, seed, headings))
 
     def _laid_out(self, area: FreeArea, radius_m: float) -> AgentGrid:
         """Return the grid: cells in whose middle a robot keeps clear of walls."""

@@ -29,7 +29,7 @@ def cost(board: AgentBoard, paths: Ints) -> int:
     return sum(k.arrival(paths, who, goal) for who, goal in enumerate(board.goals.tolist()))
 
 
-def refined(board: AgentBoard, paths: Ints, turns: int, seed: int = 0) -> Ints:
+def refined(board: AgentBoard, paths: Ints, turns: int, seed: int = 0, headings: Ints | None = None) -> Ints:
     """Return moves (t, n) whose sum of steps is less, or the same ones.
 
     Args:
@@ -37,22 +37,24 @@ def refined(board: AgentBoard, paths: Ints, turns: int, seed: int = 0) -> Ints:
         paths: (t, n) cells of all agents at each step.
         turns: Number of neighbourhoods that are tried.
         seed: Seed of the choice.
+        headings: (n,) of agents that take a step to turn to another neighbour, or two to turn round, as in `paths`: the
+            neighbour that each faces at first. Of these the sum of squares becomes less, as the last ones count most.
     """
     rng = np.random.default_rng(seed)
     best, n = paths.copy(), paths.shape[1]
-    space = _space(len(paths), len(board.neighbours))
+    space = _space(len(paths), len(board.neighbours), 1 if headings is None else k.HEADINGS)
     for who in range(n):
         k.put(space, best, who, who)
     arrivals = np.array([k.arrival(best, who, goal) for who, goal in enumerate(board.goals.tolist())])
-    number = 0
+    power, number = 1 if headings is None else 2, 0
     for _ in range(turns):
         chosen = _chosen(board, space, best, arrivals, rng)
         before = best[:, chosen].copy()
         for who in chosen:
             k.put(space, best, who, k.FREE)
-        found = _anew(board, space, best, chosen, number)
+        found = _anew(board, space, best, chosen, number, headings)
         number += len(chosen)
-        if found is not None and found.sum() <= arrivals[chosen].sum():
+        if found is not None and (found**power).sum() <= (arrivals[chosen] ** power).sum():
             arrivals[chosen] = found
             continue
         for who in chosen if found is not None else ():
@@ -63,12 +65,18 @@ def refined(board: AgentBoard, paths: Ints, turns: int, seed: int = 0) -> Ints:
     return best[: max(int(arrivals.max()) + 1, 1)]
 
 
-def _anew(board: AgentBoard, space: k.SpaceTime, paths: Ints, chosen: list[int], number: int) -> Ints | None:
+def _anew(
+    board: AgentBoard, space: k.SpaceTime, paths: Ints, chosen: list[int], number: int, headings: Ints | None
+) -> Ints | None:
     """Plan agents anew in their order; return their arrivals, or None, their paths taken out, if one has no way."""
     found = []
     for place, who in enumerate(chosen):
-        path = paths[:, who].copy()
-        step = k.quickest(board.neighbours, board.left[who], space, path, int(board.goals[who]), number + place + 1)
+        path, goal, search = paths[:, who].copy(), int(board.goals[who]), number + place + 1
+        if headings is None:
+            step = k.quickest(board.neighbours, board.left[who], space, path, goal, search)
+        else:
+            heading = int(headings[who])
+            step = k.quickest_turning(board.neighbours, board.left[who], space, path, goal, heading, search)
         if step < 0:
             for done in chosen[:place]:
                 k.put(space, paths, done, k.FREE)
@@ -95,13 +103,12 @@ def _chosen(board: AgentBoard, space: k.SpaceTime, paths: Ints, arrivals: Ints, 
     return met
 
 
-def _space(steps: int, cells: int) -> k.SpaceTime:
+def _space(steps: int, cells: int, headings: int) -> k.SpaceTime:
     """Return empty space over time."""
-    shape = steps, cells
     return k.SpaceTime(
-        np.full(shape, k.FREE, dtype=np.int16),
-        np.zeros(shape, dtype=np.int32),
-        np.zeros(shape, dtype=np.int32),
+        np.full((steps, cells), k.FREE, dtype=np.int16),
+        np.zeros((steps, cells * headings), dtype=np.int32),
+        np.zeros((steps, cells * headings), dtype=np.int32),
         np.empty(steps, dtype=np.int32),
-        np.empty(steps * cells, dtype=np.int32),
+        np.empty(steps * cells * headings, dtype=np.int32),
     )

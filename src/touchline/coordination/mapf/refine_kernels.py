@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 FREE: Final = -1
 STAYED: Final = 4
 """Choice of an agent that stays; the others are numbers of neighbours."""
+HEADINGS: Final = 4
+"""Headings of an agent that turns, each the number of the neighbour ahead."""
 
 
 class SpaceTime(NamedTuple):
@@ -24,10 +26,11 @@ class SpaceTime(NamedTuple):
 
     Attributes:
         taken: (t, v) agent on each cell at each step; −1: nobody. What is there at the last step stays for ever.
-        seen: (t, v) number of the search that has seen each.
-        came: (t, v) choice by which it did: 0 to 3 a neighbour, 4 stayed.
+        seen: (t, v·h) number of the search that has seen each, of agents that turn in each of h = 4 headings.
+        came: (t, v·h) choice by which it did: 0 to 3 a neighbour, 4 stayed; of those that turn its heading before, from
+            4 on with a move.
         heads: (l,) stack of places to look at, by the length of the whole way; −1: none.
-        nexts: (t·v,) next place in the same stack.
+        nexts: (t·v·h,) next place in the same stack.
     """
 
     taken: Shorts
@@ -120,6 +123,76 @@ def quickest(neighbours: Ints, left: Ints, space: SpaceTime, path: Ints, goal: i
             _trace(neighbours, space, path, step, goal)
             return int(step)
         _look_from(neighbours, left, space, place, free_from, number)
+    return -1
+
+
+@kernel
+def _trace_turning(neighbours: Ints, space: SpaceTime, path: Ints, step: int, goal: int, heading: int) -> None:
+    """Fill in a path that is at its goal, with a heading, from a step on."""
+    path[step:] = goal
+    cell = goal
+    while step > 0:
+        choice = space.came[step, cell * HEADINGS + heading]
+        if choice >= HEADINGS:
+            cell = neighbours[cell, heading ^ 2]
+        heading = choice % HEADINGS
+        step -= 1
+        path[step] = cell
+
+
+@kernel
+def _look_from_turning(neighbours: Ints, left: Ints, space: SpaceTime, place: int, free_from: int, number: int) -> None:
+    """Note where an agent that turns can be a step later, as of `_look_from`: a quarter turn takes a step."""
+    most, v = space.taken.shape
+    heading, cell, step = place % HEADINGS, place // HEADINGS % v, place // HEADINGS // v + 1
+    if step >= most:
+        return
+    for choice in range(4):  # stays, turns to either side, moves
+        to, after, came = cell, (heading + (0, 1, 3, 0)[choice]) % HEADINGS, heading
+        if choice == 3:
+            to, came = neighbours[cell, heading], heading + HEADINGS
+            if to < 0 or (space.taken[step - 1, to] >= 0 and space.taken[step - 1, to] == space.taken[step, cell]):
+                continue
+        state = to * HEADINGS + after
+        if space.taken[step, to] >= 0 or space.seen[step, state] == number:
+            continue
+        ahead = neighbours[to, after]
+        turns = left[to] > 0 and (ahead < 0 or left[ahead] >= left[to])
+        length = max(step + left[to] + turns, free_from)
+        if length >= most:
+            continue
+        space.seen[step, state], space.came[step, state] = number, came
+        found = step * v * HEADINGS + state
+        space.nexts[found], space.heads[length] = space.heads[length], found
+
+
+@kernel
+def quickest_turning(
+    neighbours: Ints, left: Ints, space: SpaceTime, path: Ints, goal: int, heading: int, number: int
+) -> int:
+    """Find the quickest way of an agent that turns, as of `quickest`, from a heading."""
+    most, v = space.taken.shape
+    free_from = 0
+    for step in range(most):
+        if space.taken[step, goal] >= 0:
+            free_from = step + 1
+    first = path[0] * HEADINGS + heading
+    length = max(left[path[0]], free_from)
+    if length >= most:
+        return -1
+    space.heads[:] = -1
+    space.heads[length], space.nexts[first], space.seen[0, first] = first, -1, number
+    while length < most:
+        place = space.heads[length]
+        if place < 0:
+            length += 1
+            continue
+        space.heads[length] = space.nexts[place]
+        step = place // HEADINGS // v
+        if place // HEADINGS % v == goal and step >= free_from:
+            _trace_turning(neighbours, space, path, step, goal, place % HEADINGS)
+            return int(step)
+        _look_from_turning(neighbours, left, space, place, free_from, number)
     return -1
 
 
