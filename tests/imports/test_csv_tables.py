@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from touchline.recordings.logs.foreign_sensors import sensors_of
 from touchline.recordings.logs.formats import open_log
 from touchline.recordings.logs.log_table import LogError
+from touchline.schemas.log_mapping import FixSource, LogMapping
 
 EPOCH_S = 1_719_828_000.0  # 2024-07-01T10:00:00Z
 
@@ -105,3 +107,63 @@ def test_degrees_that_are_counted_are_told_with_the_scale(tmp_path):
     _, problems = read(tmp_path / "log.csv", "time_s,Lat,Lon\n0,485000000,112500000\n1,485000000,112500000\n")
     assert "the column 'Lat' is no latitude_deg (4.85e+08)" in problems[0]
     assert '"latitude_deg": {"column": "Lat", "scale": 1e-7}' in problems[0]
+
+
+@pytest.mark.parametrize(
+    ("head", "rows", "time_s"),
+    [
+        ("date,time,millis", ["260314,123825300,1000", "260314,123825300,1020", "260314,123825400,1040"], 1.0),
+        (
+            "time,UNIX_TIMESTAMP(ts)",
+            ["0000-00-00 00:00:00,1719828000", "0000-00-00,1719828000.02", ",1719828000.04"],
+            EPOCH_S,
+        ),
+    ],
+)
+def test_another_column_gives_the_time_where_the_first_cannot_be_read(tmp_path, head, rows, time_s):
+    table, problems = read(tmp_path / "log.csv", "\n".join([head, *rows, ""]))
+    assert table.time_s == pytest.approx(time_s + np.array([0.0, 0.02, 0.04]), abs=1e-5)
+    assert "; the time is that of '" in problems[0]
+
+
+@pytest.mark.parametrize(
+    ("head", "latitude", "rate"),
+    [
+        ("%time,field.latitude,field.longitude,field.angular_velocity.z", "field.latitude", "field.angular_velocity.z"),
+        ("Time,latitude,longitude,angular_velocity.z", "latitude", "angular_velocity.z"),
+    ],
+)
+def test_columns_of_messages_that_were_written_as_tables_are_known(tmp_path, head, latitude, rate):
+    table, _ = read(tmp_path / "log.csv", f"{head}\n0.0,48.5,11.25,0.1\n0.1,48.5,11.25,0.2\n")
+    assert table.columns["latitude_deg"].tolist() == table.columns[latitude].tolist() == [48.5, 48.5]
+    assert table.columns["longitude_deg"].tolist() == [11.25, 11.25]
+    assert table.columns["gyro_z_radps"].tolist() == table.columns[rate].tolist()
+
+
+KINDS = {
+    "fix_quality": (["RTK Fixed", "RTK Float", "DGPS", "Invalid", ""], [3.0, 2.0, 1.0, 0.0, None]),
+    "Quality": (["4", "5", "2", "0", "1"], [3.0, 2.0, 1.0, 0.0, 1.0]),
+    "fix_type": (["6", "5", "4", "1", "3"], [3.0, 2.0, 1.0, 0.0, 1.0]),
+    "carrier": (["fixed", "float", "none", "NARROW_INT", "3D"], [3.0, 2.0, 0.0, 3.0, 1.0]),
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_kinds_of_fixes_are_known_by_words_and_by_numbers_with_one_meaning(tmp_path, name):
+    cells, kinds = KINDS[name]
+    rows = "".join(f"{i},{cell}\n" for i, cell in enumerate(cells))
+    table, _ = read(tmp_path / "log.csv", f"time_s,{name}\n{rows}")
+    found = [None if np.isnan(kind) else kind for kind in table.columns["fix_kind"]]
+    assert found == kinds
+    assert np.array_equal(table.columns[name], table.columns["fix_kind"], equal_nan=True)
+
+
+def test_a_column_of_threes_is_no_rtk_fix_unless_the_mapping_says_so(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("time_s,lat,lon,fix\n" + "".join(f"{i},48.5,{11.25 + 1e-6 * i},3\n" for i in range(3)))
+    content = open_log(path).read(["log"])
+    unnamed = sensors_of(LogMapping(fixes=FixSource(stream="log")), content)
+    named = sensors_of(LogMapping(fixes=FixSource(stream="log", columns={"fix": "fix"})), content)
+    assert unnamed.fixes.fix.tolist() == [1, 1, 1]
+    assert any("their kind is not in the log" in remark for remark in unnamed.remarks)
+    assert named.fixes.fix.tolist() == [3, 3, 3]

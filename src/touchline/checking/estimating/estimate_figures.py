@@ -204,7 +204,7 @@ def _raised(run: EstimatorRun) -> str:
 def _why_not(run: EstimatorRun) -> str:
     kinds = run.receiver[:, 4]
     if run.setup.vehicle.positioning == ODOMETRY:
-        return "it needs the robot to stand for 0.25 s"
+        return "it needs the robot to stand for 0.25 s; if its wheels read a little at rest, give wheels.standing_mps"
     if not len(kinds):
         return "there are no fixes"
     if not (kinds == 3).any():

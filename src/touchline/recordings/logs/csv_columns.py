@@ -38,21 +38,25 @@ _UNITS: Final[Mapping[str, float]] = {
 }
 """Factors to metres, seconds and radians; to degrees for coordinates."""
 _WRITTEN: Final[Mapping[str, str]] = {
-    "latitude_deg": "lat latitude lat_deg gps_lat gps_latitude position_lat field_latitude",
+    "latitude_deg": "lat latitude lat_deg gps_lat gps_latitude position_lat",
     "longitude_deg": "lon lng long longitude lon_deg long_deg gps_lon gps_lng gps_longitude position_long",
-    "altitude_m": "alt altitude ele elevation height alt_m height_m ele_m gps_altitude field_altitude",
+    "altitude_m": "alt altitude ele elevation height alt_m height_m ele_m gps_altitude",
     "east_m": "east easting e x x_m easting_m pos_x",
     "north_m": "north northing n y y_m northing_m pos_y",
     "up_m": "up z z_m pos_z",
-    "speed_mps": "speed velocity speed_m_s v",
-    "yaw_rate_radps": "yaw_rate yawrate yaw_rate_rad_s",
+    "speed_mps": "speed velocity speed_m_s v twist_twist_linear_x twist_linear_x linear_x",
+    "yaw_rate_radps": "yaw_rate yawrate yaw_rate_rad_s twist_twist_angular_z twist_angular_z angular_z",
     "sigma_m": "hacc h_acc accuracy horizontal_accuracy sigma hacc_m",
     "satellites": "sats nsat numsv num_sv satellites_used num_sats",
-    **{f"gyro_{axis}_radps": f"gyro_{axis} gyr_{axis} g{axis} gyro{axis}" for axis in "xyz"},
-    **{f"accel_{axis}_mps2": f"accel_{axis} acc_{axis} a{axis} accel{axis}" for axis in "xyz"},
+    **{f"gyro_{axis}_radps": f"gyro_{axis} gyr_{axis} g{axis} gyro{axis} angular_velocity_{axis}" for axis in "xyz"},
+    **{
+        f"accel_{axis}_mps2": f"accel_{axis} acc_{axis} a{axis} accel{axis} linear_acceleration_{axis}"
+        for axis in "xyz"
+    },
 }
 _USUAL: Final = {quantity: tuple(names.split()) for quantity, names in _WRITTEN.items()}
 _QUANTITY_OF: Final = {name: quantity for quantity, names in _USUAL.items() for name in (quantity, *names)}
+_OF_TOPIC: Final = "field_"  # of `rostopic echo -p`
 _UNIT: Final = re.compile(r"\s*[\[(]([^\[\]()]*)[\])]\s*$")
 
 
@@ -60,7 +64,8 @@ def plain_name(name: str) -> tuple[str, str]:
     """Return a column's name in lower case with underscores, and its unit in brackets: ``("longitude", "deg")``."""
     unit = _UNIT.search(name)
     bare = name[: unit.start()] if unit else name
-    return re.sub(r"[^a-z0-9]+", "_", bare.lower()).strip("_"), unit[1].strip().lower() if unit else ""
+    words = re.sub(r"[^a-z0-9]+", "_", bare.lower()).strip("_")
+    return words.removeprefix(_OF_TOPIC), unit[1].strip().lower() if unit else ""
 
 
 def with_usual_names(columns: Mapping[str, Floats]) -> dict[str, Floats]:

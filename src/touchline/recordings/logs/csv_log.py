@@ -14,7 +14,8 @@ from typing import Final, TextIO
 import numpy as np
 
 from touchline.recordings.logs.csv_columns import mistaken_degrees, with_usual_names
-from touchline.recordings.logs.csv_time import REMEDY, TimeError, time_columns, times_of
+from touchline.recordings.logs.csv_time import REMEDY, first_times, time_columns
+from touchline.recordings.logs.fix_kinds import FIX_KIND, kind_columns, kinds_of
 from touchline.recordings.logs.log_table import LogContent, LogError, LogStream, LogTable
 from touchline.schemas.plain_text import plain
 
@@ -40,7 +41,7 @@ class CsvLog:
         if found is None:
             first = plain(next((line.strip() for line in lines if line.strip()), ""), 200)
             raise LogError(f"{path}: has no column with the time among {first}; {REMEDY}")
-        self._skipped, self._delimiter, self._names, self._time = found
+        self._skipped, self._delimiter, self._names, self._times = found
         if len(self._names) > _MOST_COLUMNS:
             raise LogError(f"{path}: has {len(self._names):,} columns; give at most {_MOST_COLUMNS:,}")
         if len(set(self._names)) < len(self._names):
@@ -73,12 +74,14 @@ class CsvLog:
         if self._stream not in streams:
             return found
         bad: list[int] = []
-        numbers, texts = array("d"), tuple[list[str], ...]([] for _ in self._time)
-        where = [self._names.index(name) for name in self._time]
+        kinds = kind_columns(self._names)
+        numbers, texts = array("d"), {name: list[str]() for time in self._times for name in time}
+        texts |= {name: list[str]() for name in kinds}
+        where = {self._names.index(name): column for name, column in texts.items()}
         for row in self._rows(bad):
             numbers.extend(map(self._number, row))
-            for i, column in zip(where, texts, strict=True):
-                column.append("" if math.isfinite(numbers[len(numbers) - len(row) + i]) and len(where) == 1 else row[i])
+            for i, column in where.items():
+                column.append(row[i])
         rows = np.array(numbers).reshape(-1, len(self._names))
         if len(bad) > len(rows):
             raise LogError(
@@ -89,10 +92,12 @@ class CsvLog:
             shown = ", ".join(map(str, bad[:3]))
             found.problems.append(f"{self._path.name}: {len(bad):,} lines are no rows of the table (line {shown}…)")
         columns = {name: rows[:, i] for i, name in enumerate(self._names)}
-        try:
-            time_s = times_of(self._time, texts, [columns[name] for name in self._time])
-        except TimeError as error:
-            raise LogError(f"{self._path}: {error}") from error
+        time_s, problems = first_times(self._path, self._times, texts, columns)
+        found.problems += problems
+        for name in kinds:
+            if (kind := kinds_of(name, texts[name], columns[name])) is not None:
+                columns[name] = kind
+                columns.setdefault(FIX_KIND, kind)
         named = with_usual_names(columns)
         if problem := mistaken_degrees(named):
             found.problems.append(f"{self._path.name}: {problem}")
@@ -141,8 +146,8 @@ def _lines(text: TextIO) -> Iterator[str]:
     return islice(iter(lambda: text.readline(_LONGEST_LINE), ""), _SEARCHED_LINES)
 
 
-def _header(lines: list[str]) -> tuple[int, str, list[str], list[str]] | None:
-    """Find the line of names: lines up to its end, separator, names, and the names of time columns; None without one.
+def _header(lines: list[str]) -> tuple[int, str, list[str], list[list[str]]] | None:
+    """Find the line of names: lines up to its end, separator, names, and choices of time columns; None without one.
 
     Comments before it are skipped, but it may be one itself.
     """
@@ -154,8 +159,8 @@ def _header(lines: list[str]) -> tuple[int, str, list[str], list[str]] | None:
         names = [name.strip() for name in next(csv.reader([bare], delimiter=delimiter), [])]
         if names and not names[-1]:
             names.pop()
-        if len(names) > 1 and (time := time_columns(names)):
-            return number, delimiter, [name or f"column {i}" for i, name in enumerate(names, 1)], time
+        if len(names) > 1 and (times := time_columns(names)):
+            return number, delimiter, [name or f"column {i}" for i, name in enumerate(names, 1)], times
         if not line.lstrip().startswith(_COMMENTS):
             return None
     return None

@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from touchline.recordings.logs.csv_columns import plain_name
-from touchline.recordings.logs.log_table import Floats
+from touchline.recordings.logs.log_table import Floats, LogError
 from touchline.schemas.plain_text import plain
 
 _UNIT_S: Final[Mapping[str, float]] = {
@@ -20,8 +21,8 @@ _UNIT_S: Final[Mapping[str, float]] = {
     **dict.fromkeys(("ns", "nsec", "nanos", "nanoseconds"), 1e-9),
 }
 _NAMES: Final = (
-    "time t timestamp stamp epoch unix unix_time unixtime posix utc datetime date_time time_utc utc_time gps_time "
-    "elapsed elapsed_time system_time"
+    "time t timestamp stamp epoch unix unix_time unixtime unix_timestamp posix utc datetime date_time "
+    "time_utc utc_time gps_time elapsed elapsed_time system_time"
 )
 _STEMS: Final = tuple(_NAMES.split())
 _OTHERS: Final = {
@@ -33,7 +34,7 @@ _OTHERS: Final = {
     "millis": 1e-3,
     "micros": 1e-6,
     "rosbagtimestamp": 1e-9,
-    "field_header_stamp": 1e-9,
+    "header_stamp": 1e-9,
 }
 _WEEKS: Final = ("week", "gps_week", "gpsweek", "gps_week_number", "wn")
 _TOWS: Final = {"tow": 1.0, "gps_tow": 1.0, "tow_s": 1.0, "gps_seconds": 1.0, "sow": 1.0, "itow": 1e-3, "tow_ms": 1e-3}
@@ -52,18 +53,48 @@ class TimeError(ValueError):
     """Unreadable time; the message names the column and the remedy."""
 
 
-def time_columns(names: Sequence[str]) -> list[str]:
-    """Return the columns that together hold the time: one, date and time of day, or GPS week and time of the week."""
+def time_columns(names: Sequence[str]) -> list[list[str]]:
+    """Return choices of columns that together hold the time, the best first; empty if there are none.
+
+    Each is one column, date and time of day, or GPS week and time of the week.
+    """
     plain_names = {plain_name(name)[0]: name for name in names}
     weeks = [plain_names[each] for each in _WEEKS if each in plain_names]
     tows = [plain_names[each] for each in _TOWS if each in plain_names]
-    stamped = next((name for name in names if _unit_s(name) is not None), None)
+    alone = [name for name in names if _unit_s(name) is not None]
+    stamped = alone[0] if alone else None
     dates = [plain_names[each] for each in ("date", "day", "date_utc", "utc_date") if each in plain_names]
     if dates and stamped is not None and plain_name(stamped)[0] in ("time", "utc", "utc_time", "time_utc"):
-        return [dates[0], stamped]
+        return [[dates[0], stamped], *([name] for name in alone)]
     if stamped is None and weeks and tows:
-        return [weeks[0], tows[0]]
-    return [stamped] if stamped is not None else dates[:1]
+        return [[weeks[0], tows[0]]]
+    return [[name] for name in alone or dates[:1]]
+
+
+def first_times(
+    path: Path, choices: Sequence[Sequence[str]], texts: Mapping[str, Sequence[str]], numbers: Mapping[str, Floats]
+) -> tuple[Floats, list[str]]:
+    """Return (n,) seconds by the first of several choices of columns that can be read, and what could not be.
+
+    Args:
+        path: The file, for messages.
+        choices: Columns, as `time_columns` finds them.
+        texts: (n,) cells of each.
+        numbers: (n,) numbers of each.
+
+    Raises:
+        LogError: None of them is a time.
+    """
+    problems: list[str] = []
+    for names in choices:
+        try:
+            found = times_of(names, [texts[name] for name in names], [numbers[name] for name in names])
+        except TimeError as error:
+            problems.append(f"{path}: {error}")
+        else:
+            by = " and ".join(map(repr, names))
+            return found, [f"{problem}; the time is that of {by}" for problem in problems]
+    raise LogError(problems[0])
 
 
 def _unit_s(name: str) -> float | None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.geodesy import local_frame, to_local
+from touchline.recordings.logs.held_readings import between_changes, changes
 from touchline.recordings.logs.log_table import Floats, LogContent, LogError
 from touchline.recordings.logs.stream_quantities import Quantities
 from touchline.recordings.logs.time_order import in_order
@@ -180,7 +181,10 @@ def _fixes(source: FixSource, content: LogContent, place: Placing, remarks: list
     place_m = place(quantities)
     fix = np.nan_to_num(quantities.get("fix"), nan=SINGLE).astype(np.int64).clip(NONE, FIXED)
     if not quantities.known("fix") and source.taken_as is None:
-        remarks.append("fixes: their kind is not in the log; they are taken as single ones")
+        remarks.append(
+            "fixes: their kind is not in the log, and they are taken as single ones; if they are RTK-fixed, say "
+            '"taken_as": "fixed" in the mapping, or name a column with the kinds as "fix"'
+        )
     there = np.isfinite(place_m).all(axis=1)
     fix[~there] = NONE
     if source.taken_as is not None:
@@ -195,6 +199,13 @@ def _fixes(source: FixSource, content: LogContent, place: Placing, remarks: list
     sigma_m = np.where(unknown, [UNKNOWN_SIGMA_M[int(each)] for each in fix], sigma_m)
     kept, problems = in_order(quantities.time_s)
     remarks += [f"fixes: {problem}" for problem in problems]
+    if quantities.table.kind == "csv":
+        own = changes(quantities.time_s[kept], np.nan_to_num(np.column_stack([place_m, sigma_m, fix])[kept]))
+        if not own.all():
+            remarks.append(
+                f"fixes: {int((~own).sum()):,} of {len(kept):,} rows repeat the one before, and are left out"
+            )
+        kept = kept[own]
     lost = int((fix[kept] == NONE).sum())
     if lost:
         remarks.append(f"fixes: {lost:,} of {len(kept):,} have no position")
@@ -224,9 +235,20 @@ def _words(fix: NDArray[np.int64]) -> str:
 
 
 def _ordered(
-    part: str, quantities: Quantities, values: Floats, remarks: list[str], needed: int | None = None
+    part: str,
+    quantities: Quantities,
+    values: Floats,
+    remarks: list[str],
+    needed: int | None = None,
+    *,
+    steps: bool = False,
 ) -> tuple[Floats, Floats]:
-    """Return stamps and values in order, without those of which the first `needed` (all) are not finite."""
+    """Return stamps and values in order, without those of which the first `needed` (all) are not finite.
+
+    Values that a table holds for several rows are interpolated, unless they are `steps`, which add up.
+    """
+    if quantities.table.kind == "csv" and not steps:
+        values = np.column_stack([between_changes(quantities.time_s, column) for column in values.T])
     finite = np.asarray(np.isfinite(values[:, :needed]).all(axis=1))
     if not finite.all():
         remarks.append(f"{part}: {int((~finite).sum()):,} of {len(finite):,} readings are no numbers, and are left out")
@@ -241,10 +263,14 @@ def _take_imu(source: ImuSource, content: LogContent, found: ForeignSensors) -> 
     quantities = Quantities("imu", source, content)
     rates = tuple(f"gyro_{axis}_radps" for axis in "xyz")
     force = tuple(f"accel_{axis}_mps2" for axis in "xyz")
-    chosen = quantities.require(rates, ("turn_rad",), ("yaw_rate_radps",))
+    chosen = quantities.require(rates, ("turn_rad",), ("yaw_rate_radps",), ("yaw_rad",))
     values = np.column_stack([quantities.get(name) for name in chosen])
-    time_s, values = _ordered("imu", quantities, values, found.remarks)
-    if chosen == rates:
+    if chosen == ("yaw_rad",):
+        values = _unwrapped(values)
+    time_s, values = _ordered("imu", quantities, values, found.remarks, steps=chosen == ("turn_rad",))
+    if chosen == ("yaw_rad",):
+        found.turn = RateSeries(time_s, values, cumulative=True)
+    elif chosen == rates:
         found.rates = RateSeries(time_s, values @ _turned(source).T)
     elif chosen == ("turn_rad",):
         found.turn = RateSeries(time_s, np.cumsum(values, axis=0), cumulative=True)
@@ -254,6 +280,13 @@ def _take_imu(source: ImuSource, content: LogContent, found: ForeignSensors) -> 
         values = np.column_stack([quantities.get(name) for name in force])
         time_s, values = _ordered("imu", quantities, values, found.remarks)
         found.force = RateSeries(time_s, values @ _turned(source).T)
+
+
+def _unwrapped(angles: Floats) -> Floats:
+    """Return angles [rad] that go on beyond half a turn; NaN where there is none."""
+    there = np.isfinite(angles)
+    angles[there] = np.unwrap(angles[there])
+    return angles
 
 
 def _turned(source: ImuSource) -> Floats:
@@ -267,9 +300,13 @@ def _turned(source: ImuSource) -> Floats:
 def _take_wheels(source: WheelSource, content: LogContent, found: ForeignSensors) -> None:
     quantities = Quantities("wheels", source, content)
     choices = ("left_rad", "right_rad"), ("distance_m", "turn_rad"), ("speed_mps", "yaw_rate_radps")
-    chosen = quantities.require(*choices)
+    alone = ("speed_mps",) if found.turn is not None or found.rates is not None else ()
+    chosen = quantities.require(*choices, *([alone] if alone else []))
     values = np.column_stack([quantities.get(name) for name in chosen])
-    time_s, values = _ordered("wheels", quantities, values, found.remarks)
+    time_s, values = _ordered("wheels", quantities, values, found.remarks, steps=chosen == choices[1])
+    if chosen == alone:
+        values = np.column_stack([values, _yaw_rate(found, time_s)])
+        found.remarks.append("wheels: they have no yaw rate, and are taken to turn as the IMU does")
     if chosen == choices[0]:
         found.joints = RateSeries(time_s, values, cumulative=True)
         return
@@ -281,6 +318,17 @@ def _take_wheels(source: WheelSource, content: LogContent, found: ForeignSensors
         found.travel = RateSeries(time_s, np.cumsum(values, axis=0), cumulative=True)
     else:
         found.travel = RateSeries(time_s, values)
+
+
+def _yaw_rate(found: ForeignSensors, at_s: Floats) -> Floats:
+    """Return the yaw rate by the IMU [rad/s]."""
+    if found.rates is not None:
+        return np.interp(at_s, found.rates.time_s, found.rates.values[:, 2])
+    assert found.turn is not None
+    if not found.turn.cumulative:
+        return np.interp(at_s, found.turn.time_s, found.turn.values[:, 0])
+    turned = np.interp(at_s, found.turn.time_s, found.turn.values[:, 0])
+    return np.gradient(turned, at_s) if len(at_s) > 1 else np.zeros(1)
 
 
 def _track(source: TrackSource, content: LogContent, place: Placing, remarks: list[str]) -> TrackSeries:

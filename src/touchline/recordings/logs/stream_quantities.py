@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from touchline.recordings.logs.fix_kinds import FIX_KIND
 from touchline.recordings.logs.log_table import Floats, LogContent, LogTable
 from touchline.schemas.errors import SpecError
 from touchline.schemas.log_mapping import Column, ScaledColumn, StreamSource
@@ -40,8 +41,11 @@ STANDARD_COLUMNS: Final[Mapping[str, Mapping[str, str]]] = {
         "longitude_deg": "longitude",
         "altitude_m": "altitude",
     },
+    "csv": {"fix": FIX_KIND},
 }
-"""Columns of quantities in standard messages; in any other stream they bear the quantity's name."""
+"""Columns of quantities in standard messages; in any other stream they bear the quantity's name.
+
+The numbers of a table's column `fix` may mean anything: 3 is a position in three dimensions to most programs."""
 
 
 class Quantities:

@@ -202,7 +202,10 @@ def _magnetometer(
     if first < 0:
         if not (fixes.fix == FIXED).any():
             return heading, "none of the fixes is RTK-fixed"
-        return heading, "the robot never stands for 0.5 s with an RTK-fixed position"
+        return heading, (
+            "the robot never stands for 0.5 s with an RTK-fixed position; if its wheels read a little at rest, give "
+            "wheels.standing_mps"
+        )
     moved = np.flatnonzero(np.abs(angles[first:] - angles[first]).max(axis=1) > _MOVED_RAD)
     last = first + int(moved[0]) if len(moved) else len(ends)
     if mapping.standing:
