@@ -45,6 +45,7 @@ def main() -> None:
         parser.error(f"{', '.join(sorted(unknown))}: not one of {', '.join(known)}")
     FOUND.mkdir(parents=True, exist_ok=True)
     targets = guided_targets()
+    targets.folder()  # goes when this process ends: libFuzzer leaves its own without cleaning up
     went_well = [run(name, targets.TARGETS[name], given.seconds) for name in given.names or known]
     sys.exit(0 if all(went_well) else 1)
 

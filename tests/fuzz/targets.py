@@ -69,15 +69,15 @@ _HANDSHAKE = b"\r\n".join(
 
 
 @cache
-def _folder() -> Path:
+def folder() -> Path:
     """Folder of this process for the files that readers open, which goes when it ends."""
-    folder = Path(tempfile.mkdtemp(prefix="touchline-fuzz-", dir=_MEMORY if _MEMORY.is_dir() else None))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return folder
+    made = Path(tempfile.mkdtemp(prefix="touchline-fuzz-", dir=_MEMORY if _MEMORY.is_dir() else None))
+    atexit.register(shutil.rmtree, made, ignore_errors=True)
+    return made
 
 
 def _file(name: str, data: bytes) -> Path:
-    path = _folder() / name
+    path = folder() / name
     path.write_bytes(data)
     return path
 
@@ -124,7 +124,7 @@ def read_attachment(data: bytes) -> None:
 
 def read_recording(name: str, data: bytes) -> None:
     """Summarise, decode, replay and salvage a recording."""
-    path, salvaged = _file(name, data), _folder() / "salvaged.mcap"
+    path, salvaged = _file(name, data), folder() / "salvaged.mcap"
     salvaged.unlink(missing_ok=True)
     for use in (_decode, _replay, partial(salvage, target=salvaged)):
         with suppress(TouchlineError):
@@ -190,10 +190,10 @@ def read_bag_folder(data: bytes) -> None:
 
 @cache
 def _bag_folder() -> Path:
-    folder = _folder() / "bag"
-    folder.mkdir()
-    (folder / "bag_0.mcap").touch()
-    return folder
+    bag = folder() / "bag"
+    bag.mkdir()
+    (bag / "bag_0.mcap").touch()
+    return bag
 
 
 def read_log(name: str, data: bytes) -> None:
