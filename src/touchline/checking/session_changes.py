@@ -85,6 +85,7 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "(`docs/explanation/teams.md#without-a-pose`). `BeginGuided` has `margin_m`, `PlanState` has `stays`. "
             "Sessions by cells in which no pose is lost are the same."
         ),
+        ("`grid-ways` shortens ways with the time that turns take, so that the last of many robots arrives sooner."),
         (
             "The estimator learns what a robot's files are wrong about: gyro scale, place of the antenna, stamp "
             "offset (`gnss.antenna_sigma_m`, `gnss.stamp_offset_sigma_s`, `imu.gyro_scale_sigma`). Until the "
