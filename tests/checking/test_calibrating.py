@@ -12,7 +12,7 @@ from touchline.checking.calibrating import constants_fit, drive_calibration
 from touchline.checking.calibrating import robot_constants as c
 from touchline.checking.calibrating.constants_fit import fit_constants
 from touchline.checking.calibrating.drive_calibration import calibrate
-from touchline.checking.calibrating.noises import NoiseFit, best_noise
+from touchline.checking.calibrating.noises import NoiseFit, best_noise, lasts
 from touchline.checking.estimating.estimate_figures import error_figures, verdict
 from touchline.checking.estimating.estimator_inputs import EstimatorInputs
 from touchline.checking.estimating.estimator_run import rerun
@@ -134,6 +134,18 @@ def test_the_command_writes_files_that_can_be_given_again(found, tmp_path, monke
 def test_a_noise_larger_than_the_files_say_is_named(inputs, sigma_m, tau_s, named):
     frames = disturbed(inputs, drawn(len(inputs.frames.fixes), sigma_m, tau_s))
     assert best_noise(inputs, inputs.setup, frames).name == named
+
+
+@pytest.mark.parametrize(
+    ("by_stretch", "throughout"),
+    [([-10.0, 50.0, -10.0, 80.0, -10.0, 0.0, 0.0], False), ([5.0, -8.0, 5.0, 20.0, 5.0, 0.0, 0.0], True)],
+    ids=["bursts", "wander"],
+)
+def test_fixes_wander_only_if_most_stretches_say_so(by_stretch, throughout):
+    """The sums are positive; at the end the robot rests, and no fix counts."""
+    gains = np.repeat(np.array(by_stretch) / 50.0, 500) * (np.arange(500 * len(by_stretch)) % 10 == 0)
+    assert gains.sum() > 0.0
+    assert lasts(gains) is throughout
 
 
 def test_a_robot_that_does_not_go_where_it_heads_wanders_sideways(tmp_path):

@@ -106,3 +106,33 @@ def test_what_does_not_fit_the_log_names_field_and_remedy(logs, tmp_path):
         import_logs(logs, mapping, tmp_path / "session.mcap")
     with pytest.raises(SpecError, match=r"imu.stream is 'imu'; name a stream of the log"):
         import_logs(logs, LogMapping.model_validate({"imu": {"stream": "imu"}}), tmp_path / "session.mcap")
+
+
+def test_the_heading_is_told_wherever_the_estimator_starts(logs, tmp_path):
+    """The wheels turn a little after 0.4 s, so that the robot stands for half a second only later."""
+    table = np.genfromtxt(logs[0], delimiter=",", names=True)
+    table["distance_m"][3:5] = 0.002, -0.002
+    np.savetxt(logs[0], table, "%.6f", ",", header="time_s,distance_m,turn_rad", comments="")
+    out = tmp_path / "session.mcap"
+    import_logs(logs, LogMapping.model_validate(MAPPING), out)
+    run = run_estimator(out)
+    assert run.starts_s[0] < 0.5
+    started = run.poses[np.isfinite(run.poses).all(axis=1)]
+    assert started[0, 2] == pytest.approx(HEADING_RAD, abs=0.05)
+    assert estimate_figures(run, FrameFit.SHIFT)["error"]["p95_m"] < 0.03
+
+
+def test_wheels_and_fixes_alone_are_estimated(logs, tmp_path):
+    out = tmp_path / "session.mcap"
+    import_logs(logs, LogMapping.model_validate({**MAPPING, "imu": None}), out)
+    figures = estimate_figures(run_estimator(out), FrameFit.SHIFT)
+    assert figures["fixes"]["accepted_pct"] == 100.0
+    assert figures["error"]["p95_m"] < 0.03
+
+
+def test_a_log_whose_first_heading_is_unknown_says_where_to_look(logs, tmp_path):
+    out = tmp_path / "session.mcap"
+    done = import_logs(logs, LogMapping.model_validate({**MAPPING, "heading": {"course_m": 500.0}}), out)
+    assert "by its wheels the robot never gets 500 m away" in done.remarks[0]
+    (problem,) = estimate_figures(run_estimator(out), FrameFit.SHIFT)["verdict"]
+    assert problem.endswith("`touchline import` says why")

@@ -19,7 +19,7 @@ from touchline.onboard.estimation.noise import noise_figures
 from touchline.onboard.estimation.report import report
 from touchline.onboard.estimation.tail import bounded
 from touchline.onboard.filter_model import FIX_DOF
-from touchline.onboard.interface import Command
+from touchline.onboard.interface import Command, MagSample
 from touchline.schemas.scenario import DriveNoise, GnssNoise, Scenario
 from touchline.schemas.vehicles import Vehicle
 
@@ -161,6 +161,17 @@ def test_waits_for_standstill_and_a_fixed_position() -> None:
     assert not estimator.started
     drive(rig, estimator, 200, lambda t: STANDSTILL)
     assert estimator.aligned
+
+
+def test_it_does_not_start_before_anything_has_told_the_heading() -> None:
+    rig = Rig(heading=2.0)
+    estimator = Estimator(rig.vehicle, data_sheets(rig.scenario))
+    silent = MagSample(0.0, 0.0, 0.0)
+    drive(rig, estimator, 200, lambda t: STANDSTILL, lambda frame: frame._replace(mag=silent))
+    assert not estimator.started
+    drive(rig, estimator, 200, lambda t: STANDSTILL)
+    assert estimator.aligned
+    assert abs(estimator.state[m.HEADING] - 2.0) < 0.1
 
 
 def test_after_a_restart_a_fix_from_the_old_place_is_not_used() -> None:

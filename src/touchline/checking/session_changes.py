@@ -79,6 +79,11 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "minutes."
         ),
         (
+            "An estimator that no sensor had told the heading, since the magnetometer was silent at the start, "
+            "started with heading 0, as if it knew that to 3°; it waits. Imported logs whose robot stood for a "
+            "quarter of a second, but not for half of one, began like that. Logs without an IMU can be estimated."
+        ),
+        (
             "A guided robot that loses its pose stands before its place is less certain than r_s allows for, says "
             "so, and goes on as soon as it has a pose again; it used to drive on to a σ of 0.15 m. Where cameras "
             "leave a strip unseen it may come to rest there for good: give a larger `radius_m` "

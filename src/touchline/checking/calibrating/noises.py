@@ -28,6 +28,8 @@ NAMED_FROM: Final = 30.0
 """Least advantage over the files' noises, as twice the difference of log-likelihoods, with which a noise is named.
 
 It is 24 at most in 31 of 32 emulated tennis jobs without such a noise."""
+_STRETCH_TICKS: Final = 500
+"""Length of the stretches of which most have to speak for fixes that wander."""
 RUNNER_UP: Final = 6.0
 """Least advantage over the next one."""
 FIXES_WANDER: Final = "fixes wander"
@@ -105,16 +107,30 @@ def with_changes(config: OnboardConfig, changes: Changes) -> OnboardConfig:
     return config.model_copy(update=groups)
 
 
-def log_likelihood(run: EstimatorRun, counted: NDArray[np.bool_]) -> float:
-    """Return the log-likelihood of a run's fixes, up to a constant: bivariate t about the filter's prediction.
+def log_likelihoods(run: EstimatorRun, counted: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return (ticks + 1,) log-likelihoods of fixes, up to a constant: bivariate t about the filter's prediction.
 
     Args:
         run: The run.
-        counted: (ticks + 1,) whether a tick's fix counts; the same for runs that are compared.
+        counted: (ticks + 1,) whether a tick's fix counts, others are 0; the same for runs that are compared.
     """
-    white = run.white[counted & np.isfinite(run.white).all(axis=1)]
-    nis = (white[:, :2] ** 2).sum(axis=1)
-    return float(-0.5 * (white[:, 2] + (FIX_DOF + 2.0) * np.log1p(nis / (FIX_DOF - 2.0))).sum())
+    nis = (run.white[:, :2] ** 2).sum(axis=1)
+    found = -0.5 * (run.white[:, 2] + (FIX_DOF + 2.0) * np.log1p(nis / (FIX_DOF - 2.0)))
+    return np.where(counted & np.isfinite(found), found, 0.0)
+
+
+def lasts(gains: NDArray[np.float64]) -> bool:
+    """Return whether most stretches of a drive speak for a noise.
+
+    A receiver of the files errs in bursts, for which the filter has one noise that is always there. In a drive with
+    more of them than usual fixes that wander are likelier in sum, but not in the stretches between.
+
+    Args:
+        gains: (ticks + 1,) advantages of the noise in log-likelihood; 0 where no fix counts.
+    """
+    starts = np.arange(0, len(gains), _STRETCH_TICKS)
+    by_stretch = np.add.reduceat(gains, starts)
+    return bool(np.median(by_stretch[np.logical_or.reduceat(gains != 0.0, starts)]) > 0.0)
 
 
 def best_noise(inputs: EstimatorInputs, setup: Setup, frames: FrameSeries) -> NoiseFit:
@@ -135,15 +151,19 @@ def best_noise(inputs: EstimatorInputs, setup: Setup, frames: FrameSeries) -> No
     told = [with_changes(setup.onboard, changes) for changes in as_told(setup.onboard)]
     runs = [run_with(config) for config in told]
     moving = moving_ticks(runs[0])
-    likelihoods = [log_likelihood(run, moving) for run in runs]
-    base, count = max(likelihoods), len(runs[0].fixes)
-    config = told[likelihoods.index(base)]
+    likelihoods = [log_likelihoods(run, moving) for run in runs]
+    best_told = max(range(len(told)), key=lambda i: float(likelihoods[i].sum()))
+    base, config, count = likelihoods[best_told], told[best_told], len(runs[0].fixes)
     found: list[tuple[float, str, Changes]] = [(0.0, "", {})]
     for noise in noises_of(setup.onboard):
-        scored = [(log_likelihood(run_with(with_changes(config, size)), moving), size) for size in noise.sizes]
-        best, size = max(scored, key=lambda each: each[0])
+        scored = [(log_likelihoods(run_with(with_changes(config, size)), moving) - base, size) for size in noise.sizes]
+        if noise.name == FIXES_WANDER:
+            scored = [each for each in scored if lasts(each[0])]
+        if not scored:
+            continue
+        best, size = max(scored, key=lambda each: float(each[0].sum()))
         penalty = len(next(iter(size.values()))) * math.log(max(count, 2)) + 2.0 * math.log(len(noise.sizes))
-        found.append((2.0 * (best - base) - penalty, noise.name, size))
+        found.append((2.0 * float(best.sum()) - penalty, noise.name, size))
     found.sort(key=lambda each: each[0], reverse=True)
     better, name, changes = found[0]
     if better < NAMED_FROM:

@@ -418,6 +418,8 @@ class Estimator:
         if position.stamp_s < frame.time_s - (self._sum_ticks - 0.5) * TICK_S:
             return  # from before the robot stood here
         gyro, accel, mag_x, mag_y = (self._sums / self._sum_ticks).tolist()
+        if mag_x == mag_y == 0.0 and math.isnan(position.heading_rad):
+            return  # no sensor has told the heading
         # Of a sensor that is not there, no bias is to be learned.
         c = self.ring.figures
         gyro = 0.0 if math.isnan(gyro) else gyro / c.gyro_scale

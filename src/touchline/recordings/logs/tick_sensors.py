@@ -77,6 +77,8 @@ def tick_sensors(sensors: ForeignSensors, mapping: LogMapping, vehicle: Vehicle)
     ends = begin_s + np.arange(1, n + 1) / TICKS_PER_S
     imu, imu_there = _imu(sensors, ends)
     angles, wheels_there, travelled = _wheels(sensors, ends, vehicle)
+    if sensors.rates is None and sensors.turn is None:
+        imu_there |= wheels_there  # samples of no numbers, as of an IMU that is broken
     if mapping.standing:
         wheels_there[:] = imu_there[:] = True
         imu[:, :3] = np.nan_to_num(imu[:, :3])
@@ -212,8 +214,7 @@ def _magnetometer(
         heading[begin:last] = mapping.heading.start_rad or 0.0
         return heading, ""
     if mapping.heading.start_rad is not None:
-        heading[begin:last] = mapping.heading.start_rad + ways[begin, 1]
-        return heading, ""
+        return _headings(mapping.heading.start_rad + ways[begin, 1], begin, last, ways), ""
     there_s = fixes.time_s
     after = (there_s >= ends[begin]) & (fixes.fix != 0)
     tick = np.searchsorted(ends, there_s[after]).clip(0, len(ends) - 1)
@@ -233,8 +234,15 @@ def _magnetometer(
         return heading, f"by its wheels the robot never gets {mapping.heading.course_m:g} m away from its start"
     used = slice(0, int(far[0]) + 1)
     course = np.sum(np.conj(displacement[used]) * (place[used] - place[standing].mean()))
-    heading[begin:last] = float(np.angle(course))
-    return heading, ""
+    return _headings(float(np.angle(course)), begin, last, ways), ""
+
+
+def _headings(there_rad: float, begin: int, last: int, ways: Floats) -> Floats:
+    """Return (n,) headings by that of a standstill, before which the estimator may start, too; NaN after it."""
+    heading = np.full(len(ways), np.nan)
+    heading[:begin] = there_rad + ways[:begin, 1] - ways[begin, 1]
+    heading[begin:last] = there_rad
+    return heading
 
 
 def _start(ends: Floats, angles: Floats, fixed_s: Floats) -> tuple[int, int]:
