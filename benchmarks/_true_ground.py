@@ -64,7 +64,8 @@ def untrue_m2(cells: CoveredCells, patches: Sequence[Sequence[Sequence[float]]])
     told = shapely.union_all([shapely.Polygon(outline).buffer(0.0) for outline in patches])
     points = shapely.points(cells.middles_m)
     inside, seam = shapely.contains(told, points), shapely.distance(told.boundary, points) < SEAM_M
-    corners = (cells.middles_m[~cells.covered & ~inside] + side * 0.5 * CELL_M for side in (-1.0, 1.0))
+    half_m = 0.5 * CELL_M + 1e-6  # no slits between neighbours
+    corners = (cells.middles_m[~cells.covered & ~inside] + side for side in (-half_m, half_m))
     missed = shapely.union_all(shapely.box(*np.concatenate(list(corners), axis=1).T))
     strips_off = missed.buffer(-SEAM_M).buffer(SEAM_M)
     return float((cells.covered & inside & ~seam).sum()) * CELL_M**2 + float(strips_off.area)
