@@ -60,17 +60,14 @@ def drawn(n, sigma_m, tau_s=0.0):
     return errors
 
 
-@pytest.mark.parametrize(
-    "wrong", [pytest.param({}, id="right files", marks=pytest.mark.full), pytest.param(WRONG, id="wrong files")]
-)
-def test_it_finds_what_the_files_are_wrong_by(inputs, wrong):
-    inputs.setup = c.changed(inputs.setup, wrong)
+def test_it_finds_what_the_files_are_wrong_by(inputs):
+    inputs.setup = c.changed(inputs.setup, WRONG)
     constants = c.constants_of(inputs.setup)
     fit = fit_constants(inputs, inputs.setup, constants)
     assert fit.converged
     for constant, change, variance in zip(constants, fit.changes, np.diag(fit.covariance), strict=True):
         sigma = max(np.sqrt(variance), constant.floor)
-        assert abs(change + wrong.get(constant, 0.0)) < 2.0 * sigma, constant.name
+        assert abs(change + WRONG.get(constant, 0.0)) < 2.0 * sigma, constant.name
 
 
 class Jump:

@@ -10,7 +10,6 @@ from tests.tui import fleets, scenes
 from tests.tui.console import settle
 from tests.tui.scenes import FakeLink, FakeLinks
 from tests.tui.test_unfinished_job import aborted
-from tests.with_full import with_full
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.template import Template
@@ -52,14 +51,12 @@ NARROW, NORMAL, WIDE = (80, 24), (120, 40), (200, 60)
 PICTURES: dict[str, tuple[Callable[[], ConsoleApp], tuple[int, int], tuple[str, ...]]] = {
     "disconnected": (of_events(), NORMAL, ()),
     "mid-run, narrow": (of_template(scenes.mid_run), NARROW, ()),
-    "mid-run, normal": (of_template(scenes.mid_run), NORMAL, ()),
     "mid-run, wide": (of_template(scenes.mid_run), WIDE, ()),
     "following closely": (of_template(scenes.mid_run), NORMAL, ("f", *["plus"] * 9)),
     "finished": (of_template(scenes.finished), NORMAL, ()),
     "emergency stop": (of_template(scenes.estopped), NORMAL, ()),
     "robot gone mid-run": (of_template(robot_gone), NORMAL, ()),
     "aborted, narrow": (of_template(aborted), NARROW, ()),
-    "aborted, normal": (of_template(aborted), NORMAL, ()),
     "abort": (of_template(scenes.mid_run), NARROW, ("a",)),
     "template": (of_template(scenes.loaded), NARROW, ("t",)),
     "plan": (of_template(scenes.loaded), NARROW, ("p",)),
@@ -70,14 +67,12 @@ PICTURES: dict[str, tuple[Callable[[], ConsoleApp], tuple[int, int], tuple[str, 
     "order to all": (lambda: ConsoleApp(FakeLinks(fleets.fleet(50)), clock=lambda: 1.0), NARROW, ("v", "x")),
 }
 
-LARGER = ("mid-run, normal", "aborted, normal")
-"""Laid out as the same at another size."""
 IN_FULL_SIZES = pytest.mark.parametrize(
     "size", [pytest.param(NARROW, id="narrow"), pytest.param(NORMAL, id="normal", marks=pytest.mark.full)]
 )
 
 
-@pytest.mark.parametrize("name", with_full(*(name for name in PICTURES if name not in LARGER), full=LARGER))
+@pytest.mark.parametrize("name", PICTURES)
 def test_it_looks_like_this(snap_compare: Compare, name: str) -> None:
     app, size, keys = PICTURES[name]
     assert snap_compare(app(), terminal_size=size, run_before=settled(*keys))
