@@ -63,7 +63,7 @@ DETOUR: Final = 1.3
 """Factor of the least time from which a way with less margin is looked for, too."""
 BACK_M: Final = (0.3, 0.8, 2.0, 4.0)
 """Distances by which a robot backs off that stands too near to something to drive another way."""
-SQUARED_RAD: Final = tuple(math.radians(turn) for turn in (0, 5, -5, 10, -10, 15, -15, 20, -20, 25, -25, 30, -30))
+SQUARED_RAD: Final = tuple(math.radians(turn) for turn in sorted(range(-30, 31), key=abs))
 """Turns by which it may square itself up first."""
 SQUARE_M: Final = 5.0
 """Room round all that is known, and grid of its edges: ways begun in one place and the next have the same ground."""
