@@ -28,7 +28,7 @@ def anna(authority: CertificateAuthority) -> Identity:
     return Identity.load(authority.folder_of(member))
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SecuredSystem]:
     with secured_system(tmp_path_factory.mktemp("secured")) as running:
         yield running

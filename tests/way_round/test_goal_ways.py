@@ -25,15 +25,20 @@ PROTECT = {"mode": "protect"}
 
 
 def going(
-    *objects: dict[str, Any], hashed: bool = False, seed: int = 5, ground: KnownGround = OPEN_GROUND, **vehicle: Any
+    *objects: dict[str, Any],
+    hashed: bool = False,
+    seed: int = 5,
+    ground: KnownGround = OPEN_GROUND,
+    goal: PoseGoal = GOAL,
+    **vehicle: Any,
 ) -> GoalDrive:
-    """A drive of the marker from the origin to the goal in a world with these objects, over ground that is known."""
+    """A drive of the marker from the origin to a goal in a world with these objects, over ground that is known."""
     robot = Vehicle.model_validate({"name": "marker", "sensors": [LIDAR], "protection": PROTECT, **vehicle})
     scenario = Scenario.model_validate(
         {"seed": seed, "start": {"x_m": 0.0, "y_m": 0.0, "heading_rad": 0.0}, "objects": objects}
     )
     setup, products = Setup(vehicle=robot, scenario=scenario), Products(hashed=hashed)
-    return drive_to_goal(setup, GOAL, PlanOptions(), products, ground=ground)
+    return drive_to_goal(setup, goal, PlanOptions(), products, ground=ground)
 
 
 def hits(done: GoalDrive) -> int:
@@ -140,6 +145,13 @@ def test_a_robot_that_begins_before_the_end_of_a_wall_goes_round_it(seed: int) -
 )
 def test_a_robot_that_begins_beside_a_wall_or_in_a_corner_gets_away(corners: tuple[tuple[float, float], ...]) -> None:
     done = going(*wall(*corners), seed=1)  # 0.2 m from one wall, 0.3 m from two
+    assert not done.problem
+    assert not hits(done)
+
+
+def test_a_robot_in_a_dead_lane_with_the_goal_behind_it_backs_out() -> None:
+    lane = wall((-3.0, 0.75), (3.0, 0.75), (3.0, -0.75), (-3.0, -0.75))  # 1.4 m: in it the marker cannot turn round
+    done = going(*lane, goal=PoseGoal(x_m=-12.0, y_m=0.0, heading_rad=math.nan))
     assert not done.problem
     assert not hits(done)
 

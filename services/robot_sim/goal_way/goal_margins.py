@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -71,7 +72,12 @@ class GoalMargins:
 
     def clearance_m(self, way: WayAhead, most_m: float) -> float:
         """Return the least distance from all things along a way, as of `KeptThings`."""
-        return min(each.clearance_m(way, self.body, most_m) for each in self.things)
+        return self.clearances_m((way,), most_m)[0]
+
+    def clearances_m(self, ways: Sequence[WayAhead], most_m: float) -> list[float]:
+        """Return the same of several ways."""
+        things = self.things
+        return [min(each.clearance_m(way, self.body, most_m) for each in things) for way in ways]
 
     @property
     def levels_m(self) -> tuple[float, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -62,8 +63,10 @@ HASTE: Final = 0.3
 """Share of the time for which the present way is kept after which a driving robot takes the first way that it finds."""
 DETOUR: Final = 1.3
 """Factor of the least time from which a way with less margin is looked for, too."""
-BACK_M: Final = (0.3, 0.8)
+BACK_M: Final = (0.3, 0.8, 2.0, 4.0)
 """Distances by which a robot backs off that stands too near to something to drive another way."""
+SQUARED_RAD: Final = tuple(math.radians(turn) for turn in sorted(range(-30, 31), key=abs))
+"""Turns by which it may square itself up first."""
 SQUARE_M: Final = 5.0
 """Room round all that is known, and grid of its edges: ways begun in one place and the next have the same ground."""
 BOTH_WAYS: Final = WaySearch(quick=True, spare_share=0.9)
@@ -121,8 +124,8 @@ class GoalPursuit:
         self._began_s: float | None = None
         self.driven_s, self.keep_s = 0.0, KEEP_S
         self._next: ChosenWay | None = None
-        self._then: ChosenWay | None = None
-        self._then_before: ChosenWay | None = None
+        self._then: tuple[ChosenWay, ...] = ()
+        self._then_before: tuple[ChosenWay, ...] = ()
         self._shut_in = False
         self._from = self._pose
         self._present = Trajectory()
@@ -183,7 +186,7 @@ class GoalPursuit:
     @property
     def continues(self) -> bool:
         """True if another drive follows the present one."""
-        return self._then is not None
+        return bool(self._then)
 
     def stops(self) -> Planning[str]:
         """Choose whether the present drive ends where the robot stands; return why, "" to go on.
@@ -192,9 +195,9 @@ class GoalPursuit:
         """
         tick = self._emulator.tick_count
         waited_s = (tick - self._progress_tick(tick)) / TICKS_PER_S
-        if tick < self._retry_tick or (self._then is not None and not self._is_blocked):
+        if tick < self._retry_tick or (self._then and not self._is_blocked):
             return ""
-        self._then_before, self._then, self._from = self._then, None, self._pose
+        self._then_before, self._then, self._from = self._then, (), self._pose
         if not self._sets_off and not self._is_blocked:
             return ""
         self._retry_tick = tick + round(AGAIN_S * TICKS_PER_S)
@@ -270,32 +273,60 @@ class GoalPursuit:
         return None if found is None else ChosenWay(found[1].trajectory, found[0].cause)
 
     def _backs_off(self) -> Planning[ChosenWay | None]:
-        """Return a way straight back over seen ground to where another way begins; None if there is none."""
-        x, y, heading = self._pose
-        needed_m = self._margins.needed_now_m
-        now_m = self._margins.clearance_m(WayAhead.at(self._pose), needed_m)
+        """Return a way straight back over seen ground to where another way begins; None if there is none.
+
+        It squares itself up first where that leaves more room.
+        """
+        needed_m, start = self._margins.needed_m, self._pose
+        now_m = self._margins.clearance_m(WayAhead.at(start), self._margins.needed_now_m)
+        squared = self._squared_up(now_m)
+        x, y, heading = squared
         for back_m in BACK_M:
-            pose = x - back_m * math.cos(heading), y - back_m * math.sin(heading), heading
-            goal = PoseGoal(x_m=pose[0], y_m=pose[1], heading_rad=math.remainder(heading, math.tau))
-            request = WayRequest(goal, self._standing_at((x, y, heading)))
-            planned = yield request
-            if isinstance(planned, str):
+            end = x - back_m * math.cos(heading), y - back_m * math.sin(heading), heading
+            if self._comes_nearer(WayAhead.back(squared, end), now_m):
                 return None
-            way = WayAhead.of(planned.trajectory)
-            near_m = self._margins.clearance_m(way, needed_m)
-            if near_m < now_m - NEARER_M or not self._seen_free_behind(way):
-                return None
-            if self._margins.clearance_m(WayAhead.at(pose), self._margins.needed_m) < self._margins.needed_m:
+            if self._margins.clearance_m(WayAhead.at(end), needed_m) < needed_m:
                 continue
-            if (following := (yield from self._from_pose(pose))) is not None:
-                self._then = following
-                return ChosenWay(planned.trajectory, request.cause)
+            if (following := (yield from self._from_pose(end))) is None:
+                continue
+            ways = []
+            for begin, aim in pairwise(dict.fromkeys((start, squared, end))):
+                if (way := (yield from self._straight(begin, aim, now_m))) is None:
+                    return None
+                ways.append(way)
+            self._then = (*ways[1:], following)
+            return ways[0]
         return None
+
+    def _comes_nearer(self, way: WayAhead, now_m: float) -> bool:
+        """Return whether a way leads nearer to things than the robot is now."""
+        return self._margins.clearance_m(way, self._margins.needed_now_m) < now_m - NEARER_M
+
+    def _squared_up(self, now_m: float) -> tuple[float, float, float]:
+        """Return the pose here, turned to where there is most room, if that is more than now."""
+        x, y, heading = self._pose
+        poses = [(x, y, heading + turn) for turn in SQUARED_RAD]
+        rooms_m = self._margins.clearances_m([*map(WayAhead.at, poses)], self._margins.needed_now_m)
+        return poses[int(np.argmax(rooms_m))] if max(rooms_m) > now_m + NEARER_M else self._pose
+
+    def _straight(
+        self, start: tuple[float, float, float], end: tuple[float, float, float], now_m: float
+    ) -> Planning[ChosenWay | None]:
+        """Return a turn on the spot or a straight from pose to pose; None if it leads nearer to things than now."""
+        goal = PoseGoal(x_m=end[0], y_m=end[1], heading_rad=math.remainder(end[2], math.tau))
+        request = WayRequest(goal, self._standing_at(start))
+        planned = yield request
+        if isinstance(planned, str):
+            return None
+        way = WayAhead.of(planned.trajectory)
+        if self._comes_nearer(way, now_m) or not self._seen_free_behind(way):
+            return None
+        return ChosenWay(planned.trajectory, request.cause)
 
     def replaces(self) -> Planning[ChosenWay | None]:
         """Choose another way that takes over under way, if the present one meets what was seen; None: go on."""
         onboard, tick = self._emulator.onboard, self._emulator.tick_count
-        if onboard.state != TraversalStatus.RUNNING or tick < self._retry_tick or self._then is not None:
+        if onboard.state != TraversalStatus.RUNNING or tick < self._retry_tick or self._then:
             return None
         status = onboard.status
         ahead = self._way.from_station(status.arc_length_m)
@@ -313,8 +344,9 @@ class GoalPursuit:
     def next_way(self) -> ChosenWay | None:
         """Return the way after a drive that has ended, from where the robot stands; None: that was the last."""
         following, self._next = self._next, None
-        if following is None:
-            following, self._then = self._then, None
+        if following is None and self._then:
+            following, *then = self._then
+            self._then = tuple(then)
         return following
 
     @property

@@ -71,6 +71,13 @@ class WayAhead(NamedTuple):
         """Return the way of a robot that stands at a pose."""
         return cls(np.zeros(1), np.array([pose]), np.zeros(1, np.bool_))
 
+    @classmethod
+    def back(cls, start: Sequence[float], end: Sequence[float]) -> WayAhead:
+        """Return the way straight back from a pose to another with the same heading."""
+        far_m = math.hypot(end[0] - start[0], end[1] - start[1])
+        along = np.linspace(0.0, far_m, 2 + int(far_m / STEP_M))
+        return cls(along, np.linspace(start, end, len(along)), np.ones(len(along), np.bool_))
+
     def from_station(self, station_m: float) -> WayAhead:
         """Return the rest of the way from an arc length on."""
         return self.where(self.station_m >= min(station_m, float(self.station_m[-1])))

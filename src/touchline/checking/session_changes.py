@@ -7,6 +7,11 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
+            "A robot that stands too near to things to drive another way to its goal backs off up to 4 m, no "
+            "longer 0.8 m, and first turns by up to 30° where that leaves it more room. In mode `protect` a "
+            "marker in a lane of 1.4 m with the goal behind it gave up."
+        ),
+        (
             "The margin of ways over known ground and among seen things ended in sharp points at the body's "
             "corners, 1.4 times as far out as at its sides; now they are cut off at 1.1 times. A robot with a "
             "corner beside a thing found no way off, though there was one, and ways were not found through gaps "
