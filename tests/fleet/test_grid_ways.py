@@ -92,8 +92,8 @@ def squares(board: AgentBoard, paths: Ints) -> int:
 
 def check_turns(grid: AgentGrid, paths: Ints, headings: Ints) -> None:
     """That agents stay for a step before they move to another side, and for two before they move back."""
-    for way, heading in zip(paths.T.tolist(), headings.tolist(), strict=True):
-        stayed = 0
+    for way, first in zip(paths.T.tolist(), headings.tolist(), strict=True):
+        heading, stayed = first, 0
         for here, there in pairwise(way):
             if here == there:
                 stayed += 1
@@ -171,7 +171,7 @@ def test_ways_become_shorter() -> None:
 
 def test_ways_with_turns_are_as_quick_as_those_of_one_agent_can_be() -> None:
     grid = grid_of("....", ".@@.", "....")
-    starts, goals = np.array([0], dtype=np.int32), np.array([9], dtype=np.int32)
+    goals = np.array([9], dtype=np.int32)
     board, north, east = board_of(grid, goals), *facing(np.array([0.5, 0.0]) * np.pi)
     assert grid.cells[goals[0]].tolist() == [3, 2]
     for heading, steps in ((north, 6), (east, 6), (facing(np.array(-0.5 * np.pi)), 7)):
