@@ -20,8 +20,8 @@ class TrueDrives:
     Args:
         names: The robots.
         side_m: Side of the square, whose corner is the origin.
-        in_step: Whether their clocks are the same. If not, the place of each is compared with the last ones of the others
-            that came before it: by ticks a robot would touch another that left the place a moment ago.
+        in_step: Whether their clocks are the same. If not, the place of each is compared with the last ones of the
+            others that came before it: by ticks a robot would touch another that left the place a moment ago.
 
     Attributes:
         drove_ticks: Last tick at which each robot was driving; −1: none yet.

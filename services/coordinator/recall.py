@@ -1,23 +1,19 @@
-"""Recall of a team by cells whose coordinator is lost: all its robots are stopped, and guided anew by this one.
+"""Recall of all cells of a team whose coordinator is lost: robots forget theirs and brake until they have new ones.
 
-A cell says nothing without those of the others, so none is taken over. A robot that is guided anew has none and stands,
-and the first cells are made when all stand.
+A robot brakes on its stopping segment, which is in the cell that it has forgotten, and these are apart. So the first
+new cells are made of the segments that the robots report, as if they stood there, and need not wait until they do.
 """
 
 from __future__ import annotations
 
 import time
-import uuid
 from collections.abc import Callable, Mapping
 from typing import Final
 
 from touchline.bus import Bus
-from touchline.schemas import messages as m
-from touchline.schemas import topics
 from touchline.services.coordinator.group_call import GroupCall
 from touchline.services.coordinator.take_over import TakeOver
 
-_ANSWER_S: Final = 1.0
 _AGAIN_S: Final = 0.05
 """Wall-clock time for a robot to come to rest before it is asked again."""
 
@@ -25,9 +21,9 @@ Begin = Callable[[Mapping[str, Bus]], GroupCall]
 
 
 class Recall:
-    """Recall of all robots; call `turn` in a loop.
+    """Recall of the cells of all robots; call `turn` in a loop.
 
-    Robots of a coordinator that is on the bus are not recalled.
+    Robots of a coordinator that is on the bus keep theirs.
 
     Attributes:
         waits_for: Robots that are not guided by this coordinator yet, with the reasons.
@@ -38,36 +34,40 @@ class Recall:
 
         Args:
             buses: Buses of the robots, by name.
-            begin: Asks robots to be guided by this coordinator.
+            begin: Asks robots that nobody guides to be guided by this coordinator.
         """
         self._owners = TakeOver(buses, by_plans=False)
-        self._left, self._begin = dict(buses), begin
-        self._stopping: GroupCall | None = None
+        self._buses, self._begin = buses, begin
+        self._left: dict[str, Bus] | None = None
         self._beginning: GroupCall | None = None
         self._again_s = 0.0
         self.waits_for = self._owners.waits_for
 
     def turn(self) -> bool:
         """Ask, and take answers; return True once all robots are guided by this coordinator."""
-        if not self._owners.look():
+        if not self._owners.turn():
+            self.waits_for = self._owners.waits_for
             return False
-        if not self.none_is_guided:
-            self._guide_anew(time.monotonic())
+        if self._left is None:
+            self._left = {name: bus for name, bus in self._buses.items() if name not in self.stamps_s}
+        self._guide(self._left, time.monotonic())
         return not self._left
 
-    def _guide_anew(self, now_s: float) -> None:
-        """Stop those that are left, then ask them to be guided; who still brakes refuses, and is asked again."""
+    def _guide(self, left: dict[str, Bus], now_s: float) -> None:
+        """Ask robots to be guided; who refuses, as it still brakes, is asked again."""
         if self._beginning is not None:
             if self._beginning.done:
                 self.waits_for = self._beginning.refused
-                self._left = {name: self._left[name] for name in self.waits_for}
+                self._left = {name: left[name] for name in self.waits_for}
                 self._beginning, self._again_s = None, now_s + _AGAIN_S
-        elif self._stopping is not None:
-            if self._stopping.done:
-                self._stopping, self._beginning = None, self._begin(self._left)
-        elif self._left and now_s >= self._again_s:
-            request = m.CommandRequest(request_id=uuid.uuid4().hex)
-            self._stopping = GroupCall(self._left, topics.ABORT, request, _ANSWER_S)
+        elif left and now_s >= self._again_s:
+            self._beginning = self._begin(left)
+
+    @property
+    def stamps_s(self) -> dict[str, float]:
+        """Time of each robot that has forgotten its cell, by its clock, from which on it reports that."""
+        answers = self._owners.answers
+        return {name: each.state.stamp_s for name, each in answers.items() if each.coordinator}
 
     @property
     def former_is_back(self) -> bool:

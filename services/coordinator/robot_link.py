@@ -44,6 +44,7 @@ class RobotLink:
         self._guidance = bus.publisher(topics.GUIDANCE, bus.publisher_id)
         self.whereabouts: Reported | None = None
         self.heard_at_s, self.fresh, self._call_at_s = time.monotonic(), False, 0.0
+        self._after_s = -math.inf
 
     @property
     def tick(self) -> int:
@@ -57,10 +58,16 @@ class RobotLink:
         charged = not self._told_charge or self._charge_tick >= tick // _CHARGE_TICKS * _CHARGE_TICKS
         return self.tick >= tick and charged and self.path is not None and tick_of(self.path) >= tick
 
+    def begin(self, after_s: float = -math.inf) -> None:
+        """Forget where the robot was, and take no message up to a time by its clock."""
+        self.whereabouts, self._after_s = None, after_s
+
     def listen(self, now_s: float) -> None:
         """Take messages that have arrived since the last call."""
         for _, message in self._inbox.messages():
             if isinstance(message, m.Whereabouts | m.PlanState):
+                if message.stamp_s <= self._after_s:
+                    continue
                 self.whereabouts, self.heard_at_s, self.fresh = message, now_s, True
             elif isinstance(message, m.TrueWay):
                 self.path = message

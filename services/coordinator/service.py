@@ -7,6 +7,7 @@ from functools import partial
 from typing import Final
 
 from touchline.bus import Bus, BusConfig, HealthReporter
+from touchline.coordination.algorithms.algorithm_loading import check_algorithm
 from touchline.coordination.free_area import FreeArea
 from touchline.coordination.start_poses import free_area
 from touchline.core.compilations import run_steps
@@ -43,13 +44,15 @@ def run_service(
         supervisor: Process id of the parent, to end with it.
 
     Raises:
-        SpecError: The bus configuration, the area, or the team's avoidance, cannot be used.
+        SpecError: The bus configuration, the area, or the team's avoidance or algorithm, cannot be used.
         TouchlineError: Another coordinator runs or has taken over, or a robot cannot be guided.
     """
     if team.by_plans and not lockstep:
         raise SpecError("team", "avoid", "needs robots of one clock by plans", "use cells, or start with --lockstep")
     if standby and team.avoid == "none" and not team.by_plans:
         raise SpecError("team", "avoid", "is none, which no standby can take over", "use plans or cells")
+    if team.algorithm is not None:
+        check_algorithm(team.algorithm)
     config = config or BusConfig.from_environment((topics.TEAM_NAMESPACE,))
     with until_stopped(supervisor) as stop:
         former = read_journal(journal_path(topics.TEAM_NAMESPACE), team) if standby else None

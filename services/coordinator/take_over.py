@@ -1,7 +1,8 @@
 """Takeover of a team whose coordinator is lost: robots say which plans they follow, and obey this one from then on.
 
 Nothing that the former coordinator knew is believed. By answering, a robot refuses everything of former coordinators,
-late or repeated. Until all robots have answered, nobody gets a plan: each stands at the end of its own.
+late or repeated. Until all robots have answered, nobody gets a plan: each stands at the end of its own. By cells a
+robot forgets its cell as it answers, and brakes.
 """
 
 from __future__ import annotations
@@ -64,6 +65,8 @@ class TakeOver:
             return False
         if self.epoch:
             return True
+        if self.none_is_guided:
+            return False
         self._begin(1 + max(answer.epoch for answer in self.answers.values()))
         return False
 
@@ -99,7 +102,11 @@ class TakeOver:
             return
         if self.epoch == 0 and response.coordinator in self._buses[name].sessions(topics.COORDINATOR):
             self.waits_for[name] = f"{_OBEYS} {response.coordinator}, which is on the bus"
-        elif response.success or (self.epoch == 0 and (response.coordinator or not self._by_plans)):
+        elif (
+            response.success
+            or (self.epoch == 0 and response.coordinator)
+            or not (self._by_plans or response.coordinator)
+        ):
             self.answers[name] = response
             del self.waits_for[name]
         elif response.coordinator and response.epoch >= self.epoch > 0:

@@ -110,7 +110,7 @@ class TeamService:
         self._call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse] | None = None
 
     def _takes_over(self) -> TakeOver | Recall:
-        """Return what makes all robots obey this coordinator: those by cells are guided anew."""
+        """Return what makes all robots obey this coordinator: those by cells forget theirs."""
         if self._team.by_plans:
             return TakeOver(self._robots.buses)
         anew = partial(start_guidance, lockstep_s=self._lockstep_s, plans=False, margin_m=margin_of(self._team))
@@ -165,15 +165,17 @@ class TeamService:
             self._resume(taking, tasks)
         else:
             self._coordination.go_on(tasks)
-            self._begin_soon()
+            self._begin_soon(taking)
 
-    def _begin_soon(self) -> None:
-        """Make the first cells as soon as all robots, which stand, have reported that: at the next exchange."""
-        if self._lockstep:
-            return  # every exchange has an update there
-        self._next_tick = self._exchange.update_ticks
-        for name in self._robots.links:
-            self._robots.take_in(name)
+    def _begin_soon(self, recall: Recall) -> None:
+        """Make the first cells as soon as all robots have reported that they have none: at the next exchange."""
+        stamps_s = recall.stamps_s
+        if not self._lockstep:  # else every exchange has an update
+            self._next_tick = self._exchange.update_ticks
+        for name, link in self._robots.links.items():
+            self._robots.take_in(name, stamps_s.get(name, -math.inf))
+            if self._lockstep and name in stamps_s:  # it may wait for an answer of the former one
+                link.send((), round(100 * stamps_s[name]))
 
     def _resume(self, taking: TakeOver, tasks: DispatchMemory | None) -> None:
         """Go on with the plans that robots follow, and the tasks of another dispatcher, if there was one."""

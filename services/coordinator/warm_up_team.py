@@ -25,7 +25,9 @@ def warm_up_team(team: TeamScenario, area: FreeArea) -> None:
     x, y = area.pieces[0][: area.sizes[0]].mean(axis=0).tolist()
     off = 1e-3 * float((high - low).min())
     count = 1 if team.by_plans else 2  # two stand nearer here than plans may be
-    pair = team.model_copy(update={"robots": count, "places": {}, "task": task, "algorithm": None})
+    avoid = "plans" if team.by_plans and team.avoid == "none" else team.avoid  # as their algorithm, which is not asked
+    given = {"robots": count, "places": {}, "task": task, "algorithm": None, "avoid": avoid}
+    pair = team.model_copy(update=given)
     coordination = Coordination(pair, area)
     exchange = Exchange(pair, coordination)
     silent = exchange.update_ticks * math.ceil(_SILENT_TICKS / exchange.update_ticks)

@@ -303,6 +303,11 @@ class Emulator:
         self.world.surroundings.surround(())
         self.settling.begin()
 
+    def forget_cell(self) -> None:
+        """Brake straight ahead until another coordinator sends a cell."""
+        self.onboard.forget_cell()
+        self._note("forget-cell")
+
     def take_guidance(self, guidance: Guidance) -> None:
         """Take guidance from the coordinator; do nothing if it cannot be used, or the robot is not guided."""
         if self.onboard.take_guidance(guidance):

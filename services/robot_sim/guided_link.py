@@ -76,23 +76,28 @@ class GuidedLink:
         self._inbox.drain()
 
     def set_owner(self, request: SetOwnerRequest) -> SetOwnerResponse:
-        """Obey a coordinator that takes over, if its epoch is newer; say who guides the robot, and which plan."""
-        problem = self._owner_problem(request)
+        """Obey a coordinator that takes over, if its epoch is newer; say who guides the robot, and which plan.
+
+        A robot in a cell forgets it, brakes, and reports that.
+        """
+        problem, onboard = self._owner_problem(request), self._emulator.onboard
         if not problem:
             former = self._fence.owner
+            if onboard.plan_state is None and request.epoch > self._fence.epoch:
+                self._emulator.forget_cell()
             self._fence.take(request.coordinator, request.epoch)
             if former != request.coordinator:
                 self._obey(request.coordinator)
                 text = f"session {request.coordinator} guides the robot from now on, in epoch {request.epoch}"
                 self._news.append(OnboardEvent(Event.WARN, "coordinator-replaced", f"{text}, instead of {former}"))
             self._waits, self._held_since_s = True, math.inf
-        plan, start_s = self._emulator.onboard.followed_plan
+        plan, start_s = onboard.followed_plan
         return SetOwnerResponse(
             success=not problem,
             message=problem or f"guided in epoch {request.epoch}",
             coordinator=self._fence.owner if self.under_way else "",
             epoch=self._fence.epoch,
-            state=self._emulator.onboard.plan_state or PlanState(aligned=False),
+            state=onboard.plan_state or PlanState(stamp_s=self._emulator.time_s, aligned=False),
             plan=plan.ravel(),
             plan_start_s=start_s,
         )
@@ -101,8 +106,6 @@ class GuidedLink:
         """Return why a coordinator cannot take over; "" if it can."""
         if not self.under_way:
             return "the robot is not guided: nobody can take it over"
-        if self._emulator.onboard.plan_state is None:
-            return "the robot is guided by cells: abort, and have it guided anew"
         if request.epoch < self._fence.epoch or (
             request.epoch == self._fence.epoch and request.coordinator != self._fence.owner
         ):

@@ -13,7 +13,7 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import (
     BeginGuidedResponse,
-    CommandResponse,
+    PlanState,
     SetOwnerRequest,
     SetOwnerResponse,
     Whereabouts,
@@ -93,7 +93,7 @@ def test_robots_of_a_coordinator_that_is_on_the_bus_are_not_taken_over(monkeypat
 
 
 class RobotInCell:
-    """A robot by cells as its bus: it obeys "old", or nobody, and brakes for one more question after its abortion."""
+    """A robot by cells as its bus: it obeys "old"; or nobody, and brakes for one more question."""
 
     session_id = "new"
 
@@ -103,14 +103,20 @@ class RobotInCell:
     def sessions(self, _: str) -> frozenset[str]:
         return frozenset(self._there)
 
-    def ask(self, service: topics.Service[Any, Any], _: bytes, __: float) -> RobotInCell:
+    def ask(self, service: topics.Service[Any, Any], payload: bytes, __: float) -> RobotInCell:
         self.asked.append(service.name)
         if service is topics.SET_OWNER:
-            guided = "by cells: abort, and have it guided anew" if self.owner else "not guided"
-            response = SetOwnerResponse(message=f"the robot is {guided}", coordinator=self.owner)
+            request = decode(SetOwnerRequest, payload)
+            taken = bool(self.owner) and request.epoch > 3
+            self.owner = request.coordinator if taken else self.owner
+            response = SetOwnerResponse(
+                success=taken,
+                message="-" if self.owner else "the robot is not guided",
+                coordinator=self.owner,
+                epoch=request.epoch if taken else 3,
+                state=PlanState(stamp_s=7.5),
+            )
             self._answer = Answer(encode(response), None)
-        elif service is topics.ABORT:
-            self._answer = Answer(encode(CommandResponse(success=True)), None)
         else:
             self._driving -= 1
             self.owner = self.owner if self._driving else "new"
@@ -126,7 +132,9 @@ def recall(robots: dict[str, RobotInCell]) -> Recall:
     return Recall(cast(dict[str, Bus], robots), lambda buses: start_guidance(buses, 0.4, plans=False, margin_m=0.02))
 
 
-def test_robots_by_cells_are_stopped_and_guided_anew_until_all_are(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_robots_by_cells_forget_them_and_those_that_nobody_guides_are_guided_anew(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr("touchline.services.coordinator.take_over._AGAIN_S", 0.0)
     monkeypatch.setattr("touchline.services.coordinator.recall._AGAIN_S", 0.0)
     there = {"old", "new"}
@@ -134,13 +142,14 @@ def test_robots_by_cells_are_stopped_and_guided_anew_until_all_are(monkeypatch: 
     recalling = recall(robots)
     assert not any(recalling.turn() for _ in range(5))
     assert recalling.former_is_back
-    assert topics.ABORT.name not in robots["b"].asked
     there.discard("old")
     assert not any(recalling.turn() for _ in range(4))
-    assert recalling.waits_for == {"a": "it brakes", "b": "it brakes"}
+    assert recalling.waits_for == {"b": "it brakes"}
     assert any(recalling.turn() for _ in range(4))
     assert {robot.owner for robot in robots.values()} == {"new"}
     assert not recalling.waits_for
+    assert recalling.stamps_s == {"a": 7.5}
+    assert set(robots["a"].asked) == {topics.SET_OWNER.name}
 
 
 def test_robots_by_cells_that_nobody_guided_are_left_alone() -> None:
@@ -155,13 +164,13 @@ def test_robots_by_cells_that_nobody_guided_are_left_alone() -> None:
 class Recalled:
     """A recall that is over."""
 
-    none_is_guided, waits_for = False, dict[str, str]()
+    none_is_guided, waits_for, stamps_s = False, dict[str, str](), {"tb1": 7.0, "tb2": 7.0}
 
     def turn(self) -> bool:
         return True
 
 
-def test_the_first_cells_are_made_at_the_first_exchange_after_all_robots_were_guided_anew(
+def test_the_first_cells_are_made_at_the_first_exchange_after_all_robots_have_forgotten_theirs(
     bus_config: BusConfig,
 ) -> None:
     team = TeamScenario.model_validate({"robots": 2, "avoid": "cells"})

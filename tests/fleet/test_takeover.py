@@ -7,13 +7,17 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from tests.fleet.teams import FOUL, TEAM_LIMITS, Team, on_circle, seeds, square, swapped
 from tests.fleet.test_committed_plans import LIMITS, scattered
+from tests.fleet.test_links import nearest_cells_m
 from tests.fleet.test_plan_hub import OPEN, ROUNDING_M, SETTINGS, Robots
 from tests.with_full import with_full
 from touchline.bus import Bus, BusConfig
+from touchline.coordination.hub import Hub
 from touchline.coordination.plans.plan_hub import FollowedPlan, PlanHub
 from touchline.coordination.tasks import GoalLists
 from touchline.core.timed_motion import COLUMNS
+from touchline.onboard.executive.cell_keeper import CellKeeper
 from touchline.onboard.executive.owner_fence import OwnerFence
 from touchline.schemas import messages as m
 from touchline.schemas import topics
@@ -125,6 +129,63 @@ def test_without_the_fence_former_coordinators_lead_robots_into_others() -> None
     run = Run(4, fenced=False)
     run.run(2400, takeovers=(600, 1400))
     assert run.closest_m < LIMITS.apart_m - ROUNDING_M
+
+
+class TeamInCells(Team):
+    """A team by cells whose coordinator is lost while all drive, and goes on sending; robots answer one by one."""
+
+    def __init__(self, seed: int, *, forgets: bool) -> None:
+        states, self._area, self._forgets = on_circle(8, 1.5, 2.5, seed), square(5.0), forgets
+        self._goals, _ = swapped(states)
+        self._answered = dict[str, float]()
+        self._first = dict[str, m.Whereabouts]()
+        self.taken_over_s = np.inf
+        super().__init__(states, self._area, self._goals, FOUL, seed)
+
+    def apart_m(self, until_s: float) -> float:
+        """Least distance of two robots' cells at any time."""
+        nearest_m = np.inf
+        while self.now_s < until_s:
+            self.run(self.now_s + 0.1)
+            nearest_m = min(nearest_m, nearest_cells_m(self))
+        return nearest_m
+
+    def _exchange(self, frozen: set[str]) -> None:
+        if 6.0 <= self.now_s < self.taken_over_s:
+            self._take_over()
+        super()._exchange(frozen)
+
+    def _take_over(self) -> None:
+        for name in self.names:
+            if name not in self._answered and self.rng.random() < 0.1:
+                self._answered[name], former = self.now_s, self.keepers[name]
+                self.keepers[name] = CellKeeper(TEAM_LIMITS)
+                if not self._forgets:
+                    self.keepers[name].half_planes, self.keepers[name].until_s = former.half_planes, former.until_s
+                self.to_robots = [letter for letter in self.to_robots if letter.name != name]
+                self._aim()
+        for at_s, name, message in self.to_hub:
+            if at_s <= self.now_s and message.stamp_s > self._answered.get(name, np.inf):
+                self._first[name] = message
+        if len(self._first) == len(self.names):
+            self.hub, self.taken_over_s = Hub(self._area, self._goals, self._first, self.now_s), self.now_s
+
+    def _post(self, box: Any, name: str, message: Any) -> None:
+        refused = box is self.to_robots and name in self._answered and self.taken_over_s == np.inf
+        if not refused:
+            super()._post(box, name, message)
+
+
+@seeds(10)
+def test_no_two_robots_in_cells_meet_while_another_coordinator_takes_over(seed: int) -> None:
+    team = TeamInCells(seed, forgets=True)
+    assert team.apart_m(until_s=15.0) >= LIMITS.apart_m - 1e-9
+    assert team.taken_over_s < 12.0
+    assert team.closest_m >= LIMITS.apart_m - 1e-6
+
+
+def test_cells_that_robots_kept_would_lie_in_new_ones() -> None:
+    assert TeamInCells(1, forgets=False).apart_m(until_s=15.0) < LIMITS.apart_m - 0.1
 
 
 def test_what_is_left_of_a_task_is_what_its_coordinator_published_last() -> None:

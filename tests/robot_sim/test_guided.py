@@ -111,6 +111,29 @@ def test_it_brakes_when_its_lease_is_over_and_drives_on_when_it_is_heard_again()
     assert robot.world.state.speed_mps > 0.3
 
 
+def test_a_robot_that_forgets_its_cell_brakes_on_its_stopping_segment_and_takes_new_ones_from_the_first_on() -> None:
+    robot = aligned(guided((1.0, 1.0, 0.0)))
+    drive(robot, 200, 2.9, 1.0)
+    assert robot.world.state.speed_mps > 0.4
+    said = robot.onboard.whereabouts
+    robot.forget_cell()
+    for _ in range(150):
+        tell(robot, 0, 0.0, 0.0, np.zeros((0, 3)))
+        robot.tick()
+        now = robot.onboard.whereabouts
+        assert (now.adopted, now.decided) == (0, 0)
+        assert said.x_m <= now.x_m <= now.stop_x_m + 1e-3
+        assert now.stop_x_m <= said.stop_x_m + 0.006, "but for the error of the pose it brakes on the same segment"
+        assert abs(now.y_m - said.y_m) + abs(now.stop_y_m - said.stop_y_m) < 0.01
+    assert abs(robot.world.state.speed_mps) < 1e-3
+    tell(robot, 1, 2.5, 1.6)
+    assert robot.onboard.whereabouts.adopted == 1
+    drive(robot, 1000, 2.5, 1.6)
+    assert off(robot, 2.5, 1.6) < 0.02
+    names = [order.name for order in robot.orders.take()]
+    assert names.count("forget-cell") == 1
+
+
 def test_a_cell_that_it_is_not_in_is_refused_for_ever() -> None:
     robot = aligned(guided())
     elsewhere = np.array([(1.0, 0.0, 0.5)])

@@ -121,12 +121,31 @@ def test_it_stops_and_tells_when_its_coordinator_has_gone(team: Team, bus_config
         team.until(lambda: abs(team.said.x_m - here_m) > 0.3, others)  # it is guided anew
 
 
-def test_a_robot_in_a_cell_says_who_guides_it_and_cannot_be_taken_over(team: Team, bus_config: BusConfig) -> None:
-    with Bus.open(topics.COORDINATOR, bus_config) as ours:
-        assert team.joins(ours.session_id).success
+def test_a_robot_in_a_cell_that_is_taken_over_forgets_it_and_takes_new_ones(team: Team, bus_config: BusConfig) -> None:
+    with ExitStack() as stack:
+        first, ours = (stack.enter_context(Bus.open(topics.COORDINATOR, bus_config)) for _ in range(2))
+        assert team.joins(first.session_id).success
+        former = {guidance_of(first): (8.0, 0.0)}
+        team.until(lambda: team.said.stop_x_m - team.said.x_m > 0.2, former)
         guided = ask(team._operator, team.robot, topics.SET_OWNER)
-        assert (guided.success, guided.coordinator) == (False, ours.session_id)
-        assert "guided by cells" in guided.message
+        assert (guided.success, guided.coordinator, guided.epoch) == (False, first.session_id, 1)
+        stop_m = (said := team.said).stop_x_m
+        own = {"coordinator": ours.session_id, "epoch": 2}
+        taken = ask(team._operator, team.robot, topics.SET_OWNER, **own)
+        assert taken.success
+        assert said.adopted > 0
+        team.until(
+            lambda: team.said.stamp_s > taken.state.stamp_s and team.said.stop_x_m - team.said.x_m < 0.005, former
+        )
+        assert (team.said.adopted, team.said.decided) == (0, 0)
+        assert said.stop_x_m - 0.01 < team.said.x_m
+        assert stop_m < 1.0
+        team.until(lambda: team.said.x_m > 1.5, {guidance_of(ours): (4.0, 0.0), **former})
+        adopted = team.said.adopted
+        again = ask(team._operator, team.robot, topics.SET_OWNER, **own)
+        team.listen()
+        assert again.success
+        assert team.said.adopted >= adopted, "an order that it has obeyed before changes nothing"
         assert ask(team._operator, team.robot, topics.ABORT).success
         alone = ask(team._operator, team.robot, topics.SET_OWNER)
         assert (alone.success, alone.coordinator) == (False, "")

@@ -22,6 +22,7 @@ from touchline.jobs.team.recorded_team import read_team
 from touchline.recordings.channels import robots_among
 from touchline.recordings.reader import RecordingReader
 from touchline.schemas import topics
+from touchline.schemas.errors import SpecError
 from touchline.schemas.fleet import Fleet
 from touchline.schemas.messages import (
     CommandRequest,
@@ -35,6 +36,7 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import TeamScenario
+from touchline.services.coordinator.service import run_service
 
 RUN = ("--robots", "2", "--duration", "4", "--seed", "5", "--json")
 
@@ -87,6 +89,17 @@ def test_an_algorithm_decides_the_same_over_the_bus(avoid: str, tmp_path: Path) 
     assert one["algorithm"] == other["algorithm"]
     assert one["intervention"] == other["intervention"]
     assert one["algorithm"]["radio"]["delivered"] > 0
+
+
+def test_an_algorithm_that_cannot_be_made_is_refused_before_anything_is_started(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text("class Mine:\n    def __init__(self, gain): pass\n    def decide(self, now): return {}\n")
+    refused = touchline_here("fleet", "run", "--algorithm", f"{file}:Mine")
+    assert refused.returncode == 2
+    assert "cannot be made" in refused.stderr
+    told = TeamScenario.model_validate({"algorithm": {"use": "nobody"}})
+    with pytest.raises(SpecError, match="is 'nobody'"):
+        run_service(told)
 
 
 def test_a_process_of_another_decides_over_zenoh(bus_config: BusConfig, tmp_path: Path) -> None:

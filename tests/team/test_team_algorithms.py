@@ -13,11 +13,13 @@ import pytest
 from touchline.coordination.algorithms.answers import WrongAnswer, checked_message
 from touchline.coordination.algorithms.peer_radio import PeerRadio
 from touchline.coordination.free_area import FreeArea
+from touchline.coordination.start_poses import free_area
 from touchline.jobs.team.team_figures import team_figures
 from touchline.jobs.team.team_run import TeamRun
 from touchline.schemas.errors import SpecError
 from touchline.schemas.plugins import TEAM_ALGORITHMS
 from touchline.schemas.team import AlgorithmChoice, TeamRadio, TeamScenario
+from touchline.services.coordinator.warm_up_team import warm_up_team
 from touchline.team_algorithms import (
     HOLD,
     GoalWish,
@@ -176,6 +178,10 @@ def test_a_wrong_answer_stops_its_robot_and_no_other(offer: Any, wrong: Rule, co
     assert figures["algorithm"]["wrong_answers"]["a"][code] == 3  # nobody asks it any more
     assert figures["algorithm"]["held"] == ["a"]
     assert list(figures["algorithm"]["wrong_answers"]) == ["a"]
+    assert figures["reason"].startswith(
+        "the algorithm of 1 robots is not asked any more: algorithm.wrong_answers.a: at "
+    )
+    assert not figures["success"]
 
 
 @pytest.mark.parametrize(("rule", "code"), [(_raise, "raised"), (_sleep, "late")])
@@ -313,3 +319,9 @@ def test_options_are_keyword_arguments(tmp_path: Path) -> None:
     run = TeamRun(team.model_copy(update={"algorithm": choice, "avoid": "plans"}))
     run.run()
     assert 0.6 < run.robots["a"].emulator.world.pose[0] - 1.0 < 0.85
+
+
+@pytest.mark.parametrize("avoid", ["cells", "plans", "barriers", "none"])
+def test_a_coordinator_is_ready_whatever_keeps_robots_apart(avoid: str) -> None:
+    team = TeamScenario.model_validate({"algorithm": {"use": "grid-ways"}, "avoid": avoid})
+    warm_up_team(team, free_area(team))

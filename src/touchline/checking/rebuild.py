@@ -64,6 +64,7 @@ class Rebuild:
                 plans=bool(details.get("plans")), margin_m=float(details.get("margin_m", 0.0))
             ),
             "guidance": lambda details: emulator.take_guidance(Guidance.model_validate(details)),
+            "forget-cell": lambda _: emulator.forget_cell(),
             "start": lambda _: emulator.start(),
             "pause": lambda _: emulator.pause(),
             "watchdog": lambda details: emulator.fail_safe(float(details["missed_s"])),
@@ -139,7 +140,7 @@ class Rebuild:
             return self._telemetry.supplies()
         if order.name == "begin-guided":
             return self._telemetry.begin([])
-        silent = order.name in ("authorize", "guidance") or "refused" in order.details
+        silent = order.name in ("authorize", "guidance", "forget-cell") or "refused" in order.details
         return [] if silent else self._telemetry.news()
 
     def _resume(self, details: Mapping[str, Any]) -> None:

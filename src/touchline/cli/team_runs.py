@@ -19,12 +19,15 @@ from touchline.schemas.topics import TEAM_NAMESPACE
 
 def simulated(chosen: TeamScenario, *, hashed: bool, record: Path | None) -> dict[str, Any]:
     """Simulate a team; return its figures."""
+    from touchline.coordination.algorithms.algorithm_loading import check_algorithm
     from touchline.core.stopwatch import Stopwatch
     from touchline.jobs.recording.payload_recorder import PayloadRecorder
     from touchline.jobs.task_pool import cores
     from touchline.jobs.team.team_figures import team_figures
     from touchline.jobs.team.team_run import TeamRun
 
+    if chosen.algorithm is not None:  # before kernels are loaded
+        check_algorithm(chosen.algorithm)
     with progress_bar("Team") as advance:
         watch = Stopwatch()
         with PayloadRecorder(record, (*chosen.names, TEAM_NAMESPACE)) as recorder, without_collecting():
@@ -41,6 +44,7 @@ def run_on_bus(chosen: TeamScenario, speed: str, *, apart: bool, record: Path | 
         SpecError: The team, or a place of its task, cannot be used.
     """
     from touchline.bus.secured_check import check_secured
+    from touchline.coordination.algorithms.algorithm_loading import check_algorithm
     from touchline.coordination.dispatch.dispatched_task import DispatchedTask
     from touchline.coordination.start_poses import free_area, start_poses
     from touchline.jobs.team.team_on_bus import TeamOnBus
@@ -50,7 +54,9 @@ def run_on_bus(chosen: TeamScenario, speed: str, *, apart: bool, record: Path | 
 
     area = free_area(chosen)
     places = start_poses(chosen, area)
-    if isinstance(chosen.task, DispatchTask):  # refuses now what the coordinator would
+    if chosen.algorithm is not None:  # refuses now what the coordinator would
+        check_algorithm(chosen.algorithm)
+    if isinstance(chosen.task, DispatchTask):
         DispatchedTask(chosen.task, chosen, area, {name: (at.x_m, at.y_m) for name, at in places.items()})
     setups = {name: chosen.setup(name, places[name]) for name in chosen.names}
     config = job_bus(list(setups), secure=secure)

@@ -220,7 +220,7 @@ class Coordination:
         self._out = set(self._team.names) - set(robots)
 
     def go_on(self, tasks: DispatchMemory | None) -> None:
-        """Begin, once all robots stand without a cell, where another coordinator has ended.
+        """Begin, once all robots have no cell any more, where another coordinator has ended.
 
         Args:
             tasks: Memory of its dispatcher; None: it had none.

@@ -149,12 +149,12 @@ class Hub:
         now_s: float = 0.0,
         settings: TeamSettings | None = None,
     ) -> None:
-        """Start with all robots at rest, and without a cell: a robot with a cell of another hub is guided anew first.
+        """Start with all robots without a cell, so that they brake on their stopping segments or stand.
 
         Args:
             area: The area.
             task: The task.
-            starts: Where each robot stands, by its name.
+            starts: Where each robot is without a cell, and would stop, by its name.
             now_s: Hub's clock.
             settings: Common settings.
 

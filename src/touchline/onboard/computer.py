@@ -210,6 +210,11 @@ class Onboard:
         guided = self._traversal.guided
         return guided is not None and guided.receive(guidance)
 
+    def forget_cell(self) -> None:
+        """Brake, as of `GuidedDrive.forget_cell`; the robot is guided."""
+        if (guided := self._traversal.guided) is not None:
+            guided.forget_cell()
+
     @property
     def guided(self) -> bool:
         """True if a coordinator guides the robot, emergency-stopped or not."""
@@ -358,8 +363,8 @@ class Onboard:
     @property
     def steady(self) -> bool:
         """True if the robot is guided and, in nominal ticks, only the motion in its messages changes."""
-        tick = self._estimator.times.tick
-        silent = self.perception is None and self._log.empty
+        tick, guided = self._estimator.times.tick, self._traversal.guided
+        silent = self.perception is None and self._log.empty and guided is not None and not guided.forgot
         return silent and self.guided_course(tick) is not None and not self.must_stand
 
     def driven(self, tick: int) -> Command:

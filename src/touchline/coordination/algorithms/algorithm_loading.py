@@ -14,6 +14,8 @@ from touchline.schemas.team import AlgorithmChoice
 
 Make = Callable[[], Any]
 
+EXTERNAL: Final = "external"
+"""Algorithm of other processes, asked over the bus."""
 _IN_FILE: Final = ".py:"
 
 
@@ -56,6 +58,17 @@ def is_distributed(algorithm: Any) -> bool:
         remedy = "give a class of `touchline.team_algorithms`, as docs/guides/team-algorithms.md shows"
         raise SpecError("team", "algorithm", f"makes a {type(algorithm).__name__}, which has no `decide`", remedy)
     return callable(getattr(algorithm, "heard", None))
+
+
+def check_algorithm(choice: AlgorithmChoice) -> None:
+    """Check that an algorithm can be made, before robots and their coordinator are started.
+
+    Raises:
+        SpecError: There is none of that name, its file cannot be used, or making it fails.
+        BrokenPlugin: It is of another package, which fails to import it.
+    """
+    if choice.use != EXTERNAL:
+        is_distributed(made(algorithm_of(choice)))
 
 
 def _registered(name: str) -> Callable[..., Any]:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.coordination.algorithms.algorithm_loading import algorithm_of, is_distributed, made
+from touchline.coordination.algorithms.algorithm_loading import EXTERNAL, algorithm_of, is_distributed, made
 from touchline.coordination.algorithms.deciders import CentralDecider, Decider, RobotDeciders
 from touchline.coordination.algorithms.peer_radio import PeerRadio
 from touchline.coordination.algorithms.team_algorithm import GoalWish, Hold, Me, PathWish, Team, Wish
@@ -24,9 +23,6 @@ from touchline.schemas.team import TeamScenario
 
 Floats = NDArray[np.float64]
 External = Callable[[PeerRadio], Decider]
-
-EXTERNAL: Final = "external"
-"""Algorithm of other processes, asked over the bus."""
 
 
 class AlgorithmTask:

@@ -38,7 +38,7 @@ REASONS: Final = {
     LATE: "it took longer than an update to answer",
     RAISED: "it raised an exception",
     TOO_LONG: f"its message is longer than {MOST_BYTES:,} bytes",
-    TOO_FAST: "it wished for more than the largest speed, which it got",
+    TOO_FAST: "it wished for more than the largest speed, and was slowed down to that",
     FAR_OUTSIDE: "it wished for a place farther outside of the area than that is large",
 }
 """Wrong answers, by the code that reports name them by."""

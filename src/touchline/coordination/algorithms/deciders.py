@@ -80,7 +80,9 @@ def _by_name(answers: Any, now: Team) -> dict[str, Any]:
         WrongAnswer: They are none.
     """
     if not isinstance(answers, Mapping):
-        raise WrongAnswer(WRONG_SHAPE, f"{type(answers).__name__} is no mapping of names to wishes")
+        raise WrongAnswer(
+            WRONG_SHAPE, f"{type(answers).__name__} is no mapping of names to wishes, and it has no `heard`"
+        )
     if unknown := [name for name in answers if name not in now.robots]:
         raise WrongAnswer(WRONG_SHAPE, f"{unknown[0]!r:.40} is no robot of the team")
     return dict(answers)

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from touchline.coordination.algorithms.wish_figures import wish_figures
+from touchline.coordination.algorithms.wish_figures import why_held, wish_figures
 from touchline.coordination.dispatch.dispatch_figures import dispatch_figures, why_not_dispatched
 from touchline.coordination.dispatch.dispatched_task import dispatched
 from touchline.coordination.lloyd import EVEN, deployment, settled, square_cost
@@ -37,10 +37,11 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
             "all_arrived_s": trace.ended_s if run.arrived.all() else None,
             "hindrances": run.blockages(),
         }
-    stopped = _stopped(run)
+    stopped, wishes = _stopped(run), wish_figures(run.task, run.guide.interventions)
+    problem = why_held(wishes) or _why_not(run)
     return {
-        "success": not _why_not(run),
-        "reason": _why_not(run),
+        "success": not problem,
+        "reason": problem,
         "team": run.team.name,
         "robots": len(run.names),
         "vehicle": run.team.vehicle.name,
@@ -58,7 +59,7 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
         "driven_max_m": float(trace.driven_m.max()),
         **task,
         "believed": _believed(run),
-        **wish_figures(run.task, run.guide.interventions),
+        **wishes,
         "stopped": stopped,
         "real_time_factor": sim_s / wall_time_s,
         "wall_time_s": wall_time_s,

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from touchline.bus import Bus, Inbox
+from touchline.coordination.algorithms.wish_figures import why_held
 from touchline.coordination.body_contacts import BodyContacts, body_radius_m
 from touchline.coordination.dispatch.dispatch_figures import dispatch_figures, why_not_dispatched
 from touchline.coordination.late_robots import NOT_WAITED_FOR
@@ -162,11 +163,11 @@ class TeamOnBus:
         sim_s = max((report.total_time_s for report in self._reports.values()), default=0.0)
         stopped = self._stopped
         lacks = recording is not None and not recording["complete"]
-        open_tasks = why_not_dispatched(self._queue) if self._queue and not self.team.faults else ""
-        touched = _touched(contacts) or open_tasks
+        wishes = json.loads(self._report.wishes_json) if self._report.wishes_json else {}
+        problem = "the recording is not complete" if lacks else why_held(wishes) or self._why_not(contacts)
         return {
-            "success": not stopped and not lacks and not touched,
-            "reason": next(iter(stopped.values()), "the recording is not complete" if lacks else touched),
+            "success": not stopped and not problem,
+            "reason": next(iter(stopped.values()), problem),
             "team": self.team.name,
             "robots": len(self.buses),
             "task": self.team.task.kind,
@@ -182,13 +183,26 @@ class TeamOnBus:
             "cost_of_squares": self._status.cost_of_squares,
             "stopped": stopped,
             **({"dispatch": dispatch_figures(self._queue)} if self._queue else {}),
-            **(json.loads(self._report.wishes_json) if self._report.wishes_json else {}),
+            **wishes,
             "bus": {"received": bus.counters.received, "lost": bus.counters.lost},
             "recording": recording,
             "real_time_factor": sim_s / wall_s,
             "wall_time_s": wall_s,
             "hash": hash_of({name: report.session_hash for name, report in sorted(self._reports.items())}),
         }
+
+    def _why_not(self, contacts: BodyContacts) -> str:
+        """Return why a run has failed: a contact, or a task or goal that was not reached; without safety never."""
+        if self.team.avoid == "none":
+            return ""
+        if touched := _touched(contacts):
+            return touched
+        if self.team.faulty:
+            return ""
+        if self._queue:
+            return why_not_dispatched(self._queue)
+        missing = self._report.missing
+        return f"{len(missing)} robots have not arrived: {'; '.join(missing[:5])}" if missing else ""
 
 
 def _touched(contacts: BodyContacts) -> str:

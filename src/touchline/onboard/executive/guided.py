@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable
 from functools import cached_property
@@ -11,8 +12,9 @@ from numpy.typing import NDArray
 
 from touchline.core.timed_motion import COLUMNS
 from touchline.onboard import filter_model as m
+from touchline.onboard import tracking_state as tracking
 from touchline.onboard.computer_state import ComputerState
-from touchline.onboard.control.cell_steering import SteeringLimits
+from touchline.onboard.control.cell_steering import HEADING, SPEED, SteeringLimits, X, Y
 from touchline.onboard.control.follower import Asking
 from touchline.onboard.control.path_tracker import STOPPED_MPS
 from touchline.onboard.drives.onboard_drive import drive_of
@@ -39,6 +41,7 @@ class GuidedDrive:
 
     Attributes:
         course: Data for kernels.
+        forgot: Whether it has forgotten its cell, and has no other yet.
     """
 
     def __init__(
@@ -71,8 +74,8 @@ class GuidedDrive:
             remedy = "give it trajectories"
             raise CommandRefused(f"cannot be guided: the robot cannot turn on the spot, as cells need it; {remedy}")
         self._drive, self._estimator, self._watch, self._computer = drive_of(vehicle), estimator, watch, computer
-        self._cell, self._plan = CellKeeper(team), PlanKeeper() if plans else None
-        self._aligned, self._halted_tick = False, -1
+        self._team, self._cell, self._plan = team, CellKeeper(team), PlanKeeper() if plans else None
+        self._aligned, self._halted_tick, self.forgot = False, -1, False
         computer.leg.reset(half_tick_share=1.0 - math.exp(-0.5 * TICK_S / max(self._drive.lag_s, TICK_S)))
         computer.guidance.reset()
         limits = SteeringLimits(
@@ -105,11 +108,17 @@ class GuidedDrive:
             return self._receive_plan(self._plan, guidance)
         keeper = self._cell
         taken = keeper.receive(guidance, self._stopping_segment())
+        self.forgot = self.forgot and not len(keeper.half_planes)
         until_tick = math.floor(keeper.until_s * TICKS_PER_S + 0.5)
         self.course = self.course._replace(
             half_planes=keeper.half_planes, target_m=keeper.target_m, until_tick=until_tick
         )
         return taken
+
+    def forget_cell(self) -> None:
+        """Brake straight ahead until another coordinator sends a cell: its numbers begin anew."""
+        self._cell, self.forgot = CellKeeper(self._team), True
+        self.course = self.course._replace(half_planes=self._cell.half_planes, until_tick=-1)
 
     def _receive_plan(self, keeper: PlanKeeper, guidance: Guidance) -> bool:
         """Take a plan; it ends at rest, so it needs no lease."""
@@ -127,7 +136,21 @@ class GuidedDrive:
     def _stopping_segment(self) -> Segment:
         """Return the place of the robot, and its stopping point if it braked now, x + iy (m)."""
         x = self._estimator.state
-        return complex(x[m.EAST], x[m.NORTH]), self._stop(self._computer.array, self.course)
+        stop = self._stop(self._computer.array, self.course)
+        return complex(x[m.EAST], x[m.NORTH]), self._stop_of_braking() if self.forgot else stop
+
+    def _stop_of_braking(self) -> complex:
+        """Return the stopping point of a robot that brakes already, after `stopping_point`.
+
+        That takes a robot to brake from its speed. One that brakes already is faster than it is commanded, by what its
+        actuators are behind. Its stopping segment would be longer than the one on which it began to brake.
+        """
+        motion, limits, lag_s = self.course.motion, self.course.limits, self.course.lag_s
+        speed_mps, faster_mps = motion[SPEED], abs(self._computer.leg.now[tracking.SPEED])
+        if faster_mps - speed_mps > 2.0 * limits.acceleration_mps2 * lag_s:  # by more: it does not do as commanded
+            speed_mps = faster_mps
+        braking_m = float(speed_mps * speed_mps) / (2.0 * limits.acceleration_mps2)
+        return complex(motion[X], motion[Y]) + cmath.rect(braking_m, float(motion[HEADING]))
 
     @cached_property
     def _stop(self) -> Callable[..., complex]:
