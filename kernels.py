@@ -14,7 +14,6 @@ import tempfile
 import time
 import traceback
 from collections.abc import Callable, Sequence
-from contextlib import redirect_stdout, suppress
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -74,6 +73,7 @@ def team() -> None:
     from touchline.coordination.density import DiscDensity
     from touchline.coordination.free_area import FreeArea
     from touchline.coordination.lloyd import EVEN
+    from touchline.jobs.team.team_run import TeamRun
     from touchline.schemas.team import TeamScenario
     from touchline.services.coordinator.warm_up_team import warm_up_team
 
@@ -82,22 +82,18 @@ def team() -> None:
         coverage_of(corner, density, 0.2).goals(np.array([(0.5, 1.5)]))
     for avoid in ("cells", "plans", "barriers"):
         warm_up_team(TeamScenario(avoid=avoid), FreeArea.of([(0, 0), (8, 0), (8, 8), (0, 8)]))
-        run("fleet", "simulate", "--robots", "2", "--duration", "1", "--avoid", avoid)
-    run("fleet", "simulate", "--robots", "2", "--duration", "1", "--task", "swap", "--algorithm", "grid-ways")
+        TeamRun(TeamScenario(robots=2, duration_s=1.0, avoid=avoid)).run()
+    ways = {"task": {"kind": "swap"}, "algorithm": {"use": "grid-ways"}, "avoid": "plans"}
+    TeamRun(TeamScenario.model_validate({"robots": 2, "duration_s": 1.0, **ways})).run()
 
 
 def estimating() -> None:
     """Compile what an estimator runs with on a recording."""
-    run("estimate", str(Path(__file__).with_name("examples") / "sessions" / "square.mcap"))
+    from touchline.checking.estimating.estimator_inputs import EstimatorInputs
+    from touchline.checking.estimating.log_figures import estimate_log
 
-
-def run(*command: str) -> None:
-    """Run a command of Touchline without its output."""
-    from touchline.cli import main as touchline
-
-    sys.argv[1:] = command
-    with suppress(SystemExit), Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
-        touchline()
+    inputs = EstimatorInputs(Path(__file__).with_name("examples") / "sessions" / "square.mcap", None)
+    estimate_log(inputs, inputs.setup)
 
 
 def learners() -> None:

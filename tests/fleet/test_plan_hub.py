@@ -19,6 +19,7 @@ from touchline.coordination.plans.committed_plans import CommittedPlans
 from touchline.coordination.plans.plan_hub import OffPlan, PlanHub, PlanSettings
 from touchline.coordination.tasks import GoalLists
 from touchline.core import timed_motion as t
+from touchline.core.kernel_calls import MISS
 from touchline.onboard.executive.plan_keeper import PlanKeeper
 from touchline.schemas.messages import Guidance, PlanState
 from touchline.schemas.team import TeamScenario
@@ -221,5 +222,6 @@ def test_a_coordinator_has_prepared_what_it_seldom_needs_before_robots_wait_for_
     with pytest.MonkeyPatch.context() as anew:
         for each in seldom:
             anew.setattr(each, "prepared", {})
+            anew.setattr(each, "_recent", lambda *_: MISS)
         warm_up_team(TeamScenario(avoid="plans"), FreeArea.of([(0, 0), (8, 0), (8, 8), (0, 8)]))
         assert all(each.prepared for each in seldom)

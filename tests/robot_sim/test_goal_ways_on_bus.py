@@ -203,7 +203,7 @@ def test_without_a_planner_it_says_so_and_waits_until_there_is_one(going):
     assert any("no planner answers" in each.text for each in found.events)
     found.plan(there=True)
     turn_until(found, lambda: found.said.drives > 1)
-    assert found.said.continues and not found.contacts
+    assert found.robot.active and not found.contacts
 
 
 def test_another_goal_replaces_one_behind_a_wall(going, operator):

@@ -11,7 +11,7 @@ import pytest
 import zenoh
 
 from tests.meeting import eventually
-from tests.security.secured_system import ROBOTS, SecuredSystem
+from tests.security.secured_system import ROBOTS, SecuredSystem, secured_system
 from touchline.bus import Bus
 from touchline.bus.access_control import nodes_of
 from touchline.bus.caller import asked_key, served_key
@@ -36,6 +36,12 @@ HISTORY = "@adv/pub/1/2/_"
 """Key behind a latched topic's of what late joiners are told."""
 SETTLED_S = 0.5
 """Time in which what gets through arrives."""
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SecuredSystem]:
+    with secured_system(tmp_path_factory.mktemp("secured")) as running:
+        yield running
 
 
 @pytest.fixture(scope="module")

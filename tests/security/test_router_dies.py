@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.meeting import eventually
-from tests.security.secured_system import ROBOTS, SecuredSystem
+from tests.security.secured_system import ROBOTS, SecuredSystem, secured_system
 from tests.system.test_failures import LONG_LINE, new_id, planned, start_painting
 from touchline.bus import Bus, UrgentOrder, repeat_until_acknowledged
 from touchline.schemas import topics
@@ -19,6 +19,12 @@ from touchline.tui.link import BusLink
 from touchline.tui.protocol import Incoming, LinkChanged, NodeChanged, Received
 
 pytestmark = pytest.mark.xdist_group("secured system")
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SecuredSystem]:
+    with secured_system(tmp_path_factory.mktemp("secured")) as running:
+        yield running
 
 
 def services(system: SecuredSystem) -> dict[int, str]:
