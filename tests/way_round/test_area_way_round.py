@@ -26,7 +26,12 @@ from touchline.schemas.setup import Setup
 from touchline.services.robot_sim.accounting.area_raster import CELL_M, AreaRaster
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.way_round.remains import PLAN, TOO_SMALL
-from touchline.services.robot_sim.way_round.uncovered_ground import LeftOutGround, UncoveredGround, patches_of
+from touchline.services.robot_sim.way_round.uncovered_ground import (
+    LeftOutGround,
+    UncoveredGround,
+    left_out_grounds,
+    patches_of,
+)
 from touchline.services.robot_sim.way_round.way_round_job import goes_round
 
 pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
@@ -175,3 +180,13 @@ def test_only_a_robot_with_a_lidar_goes_round_things_and_only_on_a_job_with_a_te
     assert goes_round(SWEEPER, YARD) and goes_round(MARKER, FIELD)
     assert not goes_round(SWEEPER.model_copy(update={"sensors": ()}), YARD)
     assert not goes_round(SWEEPER, None)
+
+
+def test_outlines_of_patches_leave_out_the_covered_ground_that_they_surround() -> None:
+    ground = UncoveredGround(YARD, SWEEPER, QUICK)
+    ground.covered = shapely.union(shapely.box(2, 1, 4, 3), shapely.box(5, 2, 7, 5))
+    outlines = [shapely.Polygon(zip(each.corners_x_m, each.corners_y_m, strict=True)) for each in ground.undone.patches]
+    told = shapely.union_all(outlines)
+    assert sum(each.area for each in outlines) == pytest.approx(told.area) == pytest.approx(44.0)
+    assert shapely.intersection(told, ground.covered).area == pytest.approx(0.0, abs=1e-9)
+    assert shapely.union_all([each.ground for each in left_out_grounds(ground.undone.patches)]).area == told.area

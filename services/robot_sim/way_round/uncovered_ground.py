@@ -44,16 +44,11 @@ class LeftOutGround(NamedTuple):
 
 
 def left_out_grounds(patches: Iterable[LeftOutPatch]) -> list[LeftOutGround]:
-    """Return the ground of reported patches: of their holes, only other patches in them are known."""
+    """Return the ground of reported patches."""
     import shapely
 
-    found = list[LeftOutGround]()
-    taken: BaseGeometry = shapely.Polygon()
-    whole = [(shapely.Polygon(np.column_stack((each.corners_x_m, each.corners_y_m))), each) for each in patches]
-    for shape, each in sorted(whole, key=lambda pair: float(pair[0].area)):
-        found.append(LeftOutGround(each.area_id, difference(shape, taken), each.outline))
-        taken = union_of_two(taken, shape)
-    return found
+    outlines = ((each, shapely.Polygon(np.column_stack((each.corners_x_m, each.corners_y_m)))) for each in patches)
+    return [LeftOutGround(each.area_id, as_area(shape), each.outline) for each, shape in outlines]
 
 
 def patches_of(
@@ -61,8 +56,9 @@ def patches_of(
 ) -> Iterator[tuple[shapely.Polygon, str]]:
     """Yield the large patches of uncovered ground of an area, and the reason for which each was left out, if any.
 
-    A connected part is one patch if a reason holds for most of it, and no other for a patch's size; else it is cut.
-    Strips without any reason lie where the robot was beside its path: they are too small, too.
+    A connected part is one patch if a reason holds for most of it, and no other for a patch's size; else it is cut, as
+    it is where it surrounds covered ground, since outlines have no holes. Strips without any reason lie where the robot
+    was beside its path: they are too small, too.
 
     Args:
         notes: Ground left out.
@@ -78,13 +74,13 @@ def patches_of(
         main = max(shares, key=lambda reason: float(shares[reason].area), default="")
         alone = all(reason == main or share.area <= SMALLEST_M2 for reason, share in shares.items())
         if main and alone and shares[main].area > 0.5 * part.area:
-            yield part, main
+            yield from ((each, main) for each in _without_holes(part))
             continue
         rest: BaseGeometry = part
         for reason, share in shares.items():
-            yield from ((each, reason) for each in large_parts(intersection(rest, share)))
+            yield from ((each, reason) for each in _without_holes(intersection(rest, share)))
             rest = difference(rest, share)
-        yield from ((each, TOO_SMALL if wide_parts(each, HAIR_M).is_empty else "") for each in large_parts(rest))
+        yield from ((each, TOO_SMALL if wide_parts(each, HAIR_M).is_empty else "") for each in _without_holes(rest))
 
 
 def large_parts(ground: BaseGeometry) -> list[shapely.Polygon]:
@@ -92,6 +88,20 @@ def large_parts(ground: BaseGeometry) -> list[shapely.Polygon]:
     import shapely
 
     return [part for part in shapely.get_parts(as_area(ground)).tolist() if part.area > SMALLEST_M2]
+
+
+def _without_holes(ground: BaseGeometry) -> Iterator[shapely.Polygon]:
+    """Yield the large parts of uncovered ground, cut along the y axis through holes that are as large."""
+    import shapely
+
+    for part in large_parts(ground):
+        holes = [hole for ring in part.interiors if (hole := shapely.Polygon(ring)).area > SMALLEST_M2]
+        if not holes:
+            yield part
+            continue
+        (west, south, east, north), x = part.bounds, holes[0].centroid.x
+        for side in (shapely.box(west, south, x, north), shapely.box(x, south, east, north)):
+            yield from _without_holes(intersection(part, side))
 
 
 def corners_of(patch: shapely.Polygon) -> list[tuple[float, float]]:

@@ -7,6 +7,10 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
+            "Patches of an area that a job has left out are cut where they surround covered ground: their "
+            "outlines have no holes; the covered ground counted as left out."
+        ),
+        (
             "A robot that stands too near to things to drive another way to its goal backs off up to 4 m, no "
             "longer 0.8 m, and first turns by up to 30° where that leaves it more room. In mode `protect` a "
             "marker in a lane of 1.4 m with the goal behind it gave up."
