@@ -51,7 +51,7 @@ print(scaled(21), "numba" in sys.modules)
 
 
 def _scaled(folder: Path, *, factor: int, unrelated: str = "", processes: int = 1) -> str:
-    """Of each process, what a script's kernel makes of a constant from another file, and whether it was compiled."""
+    """Value of a script's kernel with a constant from another file, and whether it was compiled, in each process."""
     (folder / "numbers_of.py").write_text(f"FACTOR = {factor}\n")
     (folder / "unrelated.py").write_text(unrelated)
     (folder / "script.py").write_text(SCRIPT)

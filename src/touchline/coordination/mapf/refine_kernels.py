@@ -87,6 +87,15 @@ def _look_from(neighbours: Ints, left: Ints, space: SpaceTime, place: int, free_
 
 
 @kernel
+def _free_from(space: SpaceTime, goal: int) -> int:
+    """Return the step from which on nobody crosses a goal."""
+    step = len(space.taken)
+    while step > 0 and space.taken[step - 1, goal] < 0:
+        step -= 1
+    return step
+
+
+@kernel
 def quickest(neighbours: Ints, left: Ints, space: SpaceTime, path: Ints, goal: int, number: int) -> int:
     """Find the quickest way of an agent, A* over cells and steps; it stays at its goal from its arrival on.
 
@@ -102,10 +111,7 @@ def quickest(neighbours: Ints, left: Ints, space: SpaceTime, path: Ints, goal: i
         Step of its arrival; −1: there is no way within the time.
     """
     most, v = space.taken.shape
-    free_from, first = 0, path[0]
-    for step in range(most):
-        if space.taken[step, goal] >= 0:
-            free_from = step + 1
+    free_from, first = _free_from(space, goal), path[0]
     begin = max(left[first], free_from)
     if begin >= most:
         return -1
@@ -172,10 +178,7 @@ def quickest_turning(
 ) -> int:
     """Find the quickest way of an agent that turns, as of `quickest`, from a heading."""
     most, v = space.taken.shape
-    free_from = 0
-    for step in range(most):
-        if space.taken[step, goal] >= 0:
-            free_from = step + 1
+    free_from = _free_from(space, goal)
     first = path[0] * HEADINGS + heading
     length = max(left[path[0]], free_from)
     if length >= most:

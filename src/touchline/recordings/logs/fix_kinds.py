@@ -17,25 +17,12 @@ FIX_KIND: Final = "fix_kind"
 """Column of the kinds, as in `GnssStatus`."""
 _NONE, _SINGLE, _FLOAT, _FIXED = range(len(FIX_KINDS))
 _WORDS: Final = {
-    _NONE: ("invalid", "none", "nofix", "nosolution", "unavailable"),
-    _SINGLE: (
-        "single",
-        "autonomous",
-        "gps",
-        "spp",
-        "dgps",
-        "dgnss",
-        "differential",
-        "sbas",
-        "2d",
-        "3d",
-        "2dfix",
-        "3dfix",
-    ),
-    _FLOAT: ("float", "rtkfloat", "floatrtk", "narrowfloat"),
-    _FIXED: ("fixed", "rtkfixed", "rtkfix", "fixedrtk", "narrowint"),
+    _NONE: "invalid none nofix nosolution unavailable",
+    _SINGLE: "single autonomous gps spp dgps dgnss differential sbas 2d 3d 2dfix 3dfix",
+    _FLOAT: "float rtkfloat floatrtk narrowfloat",
+    _FIXED: "fixed rtkfixed rtkfix fixedrtk narrowint",
 }
-_KIND_OF: Final = {word: kind for kind, words in _WORDS.items() for word in words}
+_KIND_OF: Final = {word: kind for kind, words in _WORDS.items() for word in words.split()}
 _NMEA: Final = {1: _SINGLE, 2: _SINGLE, 3: _SINGLE, 4: _FIXED, 5: _FLOAT}
 _MAVLINK: Final = {2: _SINGLE, 3: _SINGLE, 4: _SINGLE, 5: _FLOAT, 6: _FIXED}
 _NUMBERS: Final[Mapping[str, Mapping[int, int]]] = {
@@ -45,7 +32,7 @@ _NUMBERS: Final[Mapping[str, Mapping[int, int]]] = {
     **dict.fromkeys(("fix_type", "gps_fix_type"), MappingProxyType(_MAVLINK)),
 }
 _ONLY_WORDS: Final = ("fix", "fix_status", "gps_fix", "carrier", "rtk", "rtk_status", "solution", "solution_type")
-"""Usual names of columns with the kinds: those whose numbers have one meaning, and those whose words alone have."""
+"""Usual names of columns whose words alone have one meaning; those of `_NUMBERS` have numbers with one, too."""
 
 
 def kind_columns(names: Sequence[str]) -> list[str]:
