@@ -140,7 +140,7 @@ class GuidedDrive:
         return complex(x[m.EAST], x[m.NORTH]), self._stop_of_braking() if self.forgot else stop
 
     def _stop_of_braking(self) -> complex:
-        """Return the stopping point of a robot that brakes already, after `stopping_point`.
+        """Return the stopping point of a robot that brakes already, once `stopping_point` has filled in its motion.
 
         That takes a robot to brake from its speed. One that brakes already is faster than it is commanded, by what its
         actuators are behind. Its stopping segment would be longer than the one on which it began to brake.
