@@ -58,9 +58,15 @@ class RobotLink:
         charged = not self._told_charge or self._charge_tick >= tick // _CHARGE_TICKS * _CHARGE_TICKS
         return self.tick >= tick and charged and self.path is not None and tick_of(self.path) >= tick
 
-    def begin(self, after_s: float = -math.inf) -> None:
-        """Forget where the robot was, and take no message up to a time by its clock."""
-        self.whereabouts, self._after_s = None, after_s
+    def begin(self) -> None:
+        """Forget where the robot was, by whatever clock."""
+        self.whereabouts, self._after_s = None, -math.inf
+
+    def forget_until(self, stamp_s: float) -> None:
+        """Forget what the robot has reported up to a time by its clock, also if it comes later."""
+        self._after_s = stamp_s
+        if self.whereabouts is not None and self.whereabouts.stamp_s <= stamp_s:
+            self.whereabouts = None
 
     def listen(self, now_s: float) -> None:
         """Take messages that have arrived since the last call."""

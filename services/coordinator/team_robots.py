@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import uuid
 from collections.abc import Iterable
 from typing import Final
@@ -62,17 +61,12 @@ class TeamRobots:
         joining, team = {name: self.buses[name]}, self._team
         return start_guidance(joining, 0.0, plans=team.by_plans, margin_m=margin_of(team))
 
-    def take_in(self, name: str, after_s: float = -math.inf) -> None:
-        """Guide a robot from now on.
-
-        Args:
-            name: Name of the robot. If it was guided before, its process was restarted, and so was its clock.
-            after_s: Time by its clock up to which it still reports what it did under another coordinator.
-        """
+    def take_in(self, name: str) -> None:
+        """Guide a robot from now on; if it was guided before, its process was restarted, and so was its clock."""
         self.offsets.pop(name, None)
         if name not in self.links:
             self.links[name] = RobotLink(self.buses[name], self._team, lockstep=self._lockstep)
-        self.links[name].begin(after_s)
+        self.links[name].begin()
 
     def remove(self, name: str) -> None:
         """Remove a robot from those that are guided; its bus stays."""

@@ -12,7 +12,6 @@ import math
 import time
 from collections.abc import Mapping
 from enum import Enum
-from functools import partial
 from typing import Final
 
 from pydantic import TypeAdapter, ValidationError
@@ -113,8 +112,13 @@ class TeamService:
         """Return what makes all robots obey this coordinator: those by cells forget theirs."""
         if self._team.by_plans:
             return TakeOver(self._robots.buses)
-        anew = partial(start_guidance, lockstep_s=self._lockstep_s, plans=False, margin_m=margin_of(self._team))
-        return Recall(self._robots.buses, anew)
+        return Recall(self._robots.buses, self._begin_anew)
+
+    def _begin_anew(self, buses: Mapping[str, Bus]) -> GroupCall:
+        """Have robots that nobody guides be guided in cells from now on."""
+        for name in buses:
+            self._robots.links[name].begin()
+        return start_guidance(buses, self._lockstep_s, plans=False, margin_m=margin_of(self._team))
 
     @property
     def _lockstep_s(self) -> float:
@@ -169,13 +173,13 @@ class TeamService:
 
     def _begin_soon(self, recall: Recall) -> None:
         """Make the first cells as soon as all robots have reported that they have none: at the next exchange."""
-        stamps_s = recall.stamps_s
         if not self._lockstep:  # else every exchange has an update
             self._next_tick = self._exchange.update_ticks
-        for name, link in self._robots.links.items():
-            self._robots.take_in(name, stamps_s.get(name, -math.inf))
-            if self._lockstep and name in stamps_s:  # it may wait for an answer of the former one
-                link.send((), round(100 * stamps_s[name]))
+        for name, stamp_s in recall.stamps_s.items():
+            link = self._robots.links[name]
+            link.forget_until(stamp_s)  # what it has reported since is not repeated while it waits for an answer
+            if self._lockstep:  # it may wait for one of the former coordinator
+                link.send((), round(100 * stamp_s))
 
     def _resume(self, taking: TakeOver, tasks: DispatchMemory | None) -> None:
         """Go on with the plans that robots follow, and the tasks of another dispatcher, if there was one."""
@@ -185,7 +189,8 @@ class TeamService:
         first = -(-self._next_tick // updates) * updates
         self._coordination.resume(taking.followed, (first - updates) / 100.0, tasks)
         for name, link in self._robots.links.items():
-            link.whereabouts = taking.followed[name].state
+            if link.tick <= ticks[name]:  # else it has reported since, and waits for an answer to that
+                link.whereabouts = taking.followed[name].state
             link.send((), ticks[name])
 
     def turn(self) -> bool:

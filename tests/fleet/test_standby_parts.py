@@ -193,6 +193,20 @@ def test_the_first_cells_are_made_at_the_first_exchange_after_all_robots_have_fo
         assert service._coordination.hub is not None
 
 
+def test_what_a_robot_has_reported_since_it_forgot_its_cell_is_kept(bus_config: BusConfig) -> None:
+    """In lockstep it waits for an answer to that, and reports nothing else meanwhile."""
+    team = TeamScenario.model_validate({"robots": 2, "avoid": "cells"})
+    with Bus.open(topics.COORDINATOR, bus_config.of(topics.TEAM_NAMESPACE)) as bus:
+        service = TeamService(bus, team, free_area(team), lockstep=True, alone=False, former=TeamMemory(team=team))
+        service._taking = cast(Recall, Recalled())
+        before, since = (Whereabouts(stamp_s=stamp_s) for stamp_s in (7.0, 7.2))
+        links = service._robots.links
+        links["tb1"].whereabouts, links["tb2"].whereabouts = before, since
+        service.turn()
+        assert links["tb1"].whereabouts is None
+        assert links["tb2"].whereabouts == since
+
+
 def test_a_journal_is_of_the_same_team_or_counts_for_nothing(tmp_path: Path) -> None:
     file, without = tmp_path / "team.json", TeamMemory(team=TEAM)
     assert read_journal(file, TEAM) == without
