@@ -14,6 +14,7 @@ from touchline.schemas.messages import PlanOptions, PoseGoal, WaySearch
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.free_space.convex_parts import body_parts, convex_parts
 from touchline.services.planner.free_space.ground_ways import GroundWays
+from touchline.services.planner.free_space.legs import WalledBody
 from touchline.services.planner.free_space.narrowest import narrowest_place
 from touchline.services.planner.free_space.obstructed_ground import ObstructedGround
 from touchline.services.planner.free_space.reachability import Proof, Reachability
@@ -71,6 +72,23 @@ def test_a_robot_with_a_corner_beside_a_post_gets_away_with_a_margin():
     options, search = PlanOptions(start=[0.0, 0.0, 0.0], margin_m=0.07), WaySearch(quick=True, spare_share=0.9)
     made = plan_to_goal(PoseGoal(x_m=-4.0, y_m=0.0), Vehicle(), options, ground=ground, search=search)
     assert least_distance(made, ground, OUTLINE) > 0.07
+
+
+@pytest.mark.parametrize(("gap_m", "joined"), [(0.75, True), (0.65, False)])
+def test_a_disc_gets_only_through_gaps_that_it_fits_into(gap_m, joined):
+    ring = shapely.box(4.0, 4.0, 8.0, 8.0).exterior.buffer(0.1)
+    ground = ObstructedGround.of(shapely.Polygon(YARD), [ring.difference(shapely.box(0.0, 5.0, 6.0, 5.0 + gap_m))])
+    assert ground.joins((2.0, 4.0), (6.0, 6.0), 0.35) is joined
+    assert ground.joins((2.0, 4.0), (10.0, 10.0), 0.35)
+    assert not ground.joins((2.0, 4.0), (0.1, 6.0), 0.35)
+    assert not ground.joins((0.1, 6.0), (2.0, 4.0), 0.35)
+
+
+@pytest.mark.parametrize("margin_m", [-0.05, 0.0, 0.1])
+def test_the_disc_of_a_body_is_within_it_however_it_is_turned(margin_m):
+    body = WalledBody.of(ObstructedGround(shapely.Polygon(YARD)), body_parts(OUTLINE, margin_m))
+    grown = shapely.union_all([shapely.Polygon(part) for part in body_parts(OUTLINE, margin_m)])
+    assert 0.2 < body.disc_m <= grown.exterior.distance(shapely.Point(0.0, 0.0)) + 1e-12
 
 
 def test_brackets_hold_what_they_promise():

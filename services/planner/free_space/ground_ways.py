@@ -99,11 +99,7 @@ class GroundWays:
         Raises:
             PlanningError: There is none, or none was found; it says why.
         """
-        found = self.roadmap.way(start, goal)
-        apart_m = math.hypot(goal.x_m - start.x_m, goal.y_m - start.y_m)
-        if found is None or found.length_m > DETOUR * apart_m + self.body.reach_m:  # there may be one through a door
-            ways = [way for way in (found, self._finer_roadmap.way(start, goal)) if way is not None]
-            found = min(ways, key=lambda way: way.length_m, default=None)
+        found = self._by_roadmaps(start, goal)
         if found is None and not (self._thorough and self.body.backs):
             raise PlanningError("", "has a goal to which no way was found, though one may exist", "give another goal")
         if found is None:
@@ -117,6 +113,17 @@ class GroundWays:
                 f"give a margin below {self.margin_m:g} m, or another goal",
             )
         return legs
+
+    def _by_roadmaps(self, start: PathPose, goal: PathPose) -> Legs | None:
+        """Find a way on the usual roadmap, or a shorter one on the finer."""
+        if not self._ground.joins((start.x_m, start.y_m), (goal.x_m, goal.y_m), self.body.disc_m):
+            return None
+        found = self.roadmap.way(start, goal)
+        apart_m = math.hypot(goal.x_m - start.x_m, goal.y_m - start.y_m)
+        if found is None or found.length_m > DETOUR * apart_m + self.body.reach_m:  # there may be one through a door
+            ways = [way for way in (found, self._finer_roadmap.way(start, goal)) if way is not None]
+            found = min(ways, key=lambda way: way.length_m, default=None)
+        return found
 
     def coarse_legs(self, start: PathPose, goal: PathPose) -> Legs | None:
         """Find a short way on the usual roadmap; None if it has none."""

@@ -50,6 +50,12 @@ class Legs:
         return len(self.places) - 1
 
 
+def _least_off(part: Floats) -> float:
+    """Least distance of the origin inward from the edges of a convex part (n, 2), counter-clockwise."""
+    along = np.roll(part, -1, axis=0) - part
+    return float(((along[:, 1] * part[:, 0] - along[:, 0] * part[:, 1]) / np.hypot(*along.T)).min())
+
+
 def legs_length(places: Floats) -> float:
     """Length of straights from place to place (m)."""
     return float(np.hypot(*np.diff(places[:, :2], axis=0).T).sum())
@@ -85,6 +91,12 @@ class WalledBody(NamedTuple):
     def reach_m(self) -> float:
         """Distance of the furthest corner from the body's origin."""
         return float(np.hypot(*self.corners.T).max())
+
+    @property
+    def disc_m(self) -> float:
+        """Radius of the largest disc round the body's origin within one of its convex parts (m)."""
+        parts = np.split(self.corners, np.cumsum(self.sizes)[:-1])
+        return max(max(_least_off(part), 0.0) for part in parts)
 
     def stands_free(self, pose: PathPose) -> bool:
         """True if the body is on free ground at a pose."""
