@@ -2,6 +2,7 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+PRODUCT := $(VENV)/.product
 STAMP := $(VENV)/.installed
 # Hundreds of processes are started here: without this each would compile all sources where the variable is set.
 unexport PYTHONDONTWRITEBYTECODE
@@ -13,13 +14,17 @@ TESTS := $(LONGEST) $(filter-out $(LONGEST) tests/__pycache__,$(patsubst %/,%,$(
 # ROS 2's own tools, which are no part of the tests: wheels, and what they make.
 ROS2 := build/ros2
 
-.PHONY: demo test test-full quick lint docs linkcheck bytecode tree kernels wheel sbom lock bench ros2-hashes ros2-packages node-readers clean
+.PHONY: demo test suite test-full quick lint docs linkcheck bytecode tree kernels wheel sbom lock bench ros2-hashes ros2-packages node-readers clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
 
-test: $(STAMP)
-	$(MAKE) --no-print-directory -j 3 kernels lint bytecode
+# Side by side, so that no core waits: kernels are compiled while packages of tests are installed, and tests run beside
+# what checks types.
+test:
+	$(MAKE) --no-print-directory -j 4 suite lint
+
+suite: kernels bytecode
 	$(BIN)/python -m pytest -q -n 4 --dist loadgroup -m "not full" $(TESTS)
 
 # What `test` leaves out: many seeds, vehicles and followers, the published studies, the longer benchmarks, fuzzers.
@@ -58,7 +63,7 @@ tree:
 	ln -s $(abspath research) build/tree/touchline_research
 
 # On all cores; without it each kernel is compiled when it is first called.
-kernels: $(STAMP)
+kernels: $(PRODUCT)
 	$(BIN)/python kernels.py
 
 # With the code of all kernels in it, for this kind of processor.
@@ -107,12 +112,16 @@ node-readers: $(STAMP)
 	$(BIN)/python -m pytest -q tests/bridge/test_foreign_readers.py
 
 # Of all packages, compiling every module takes two fifths of the time; those that are imported are compiled then.
-$(STAMP): pyproject.toml research/pyproject.toml constraints.txt
+$(PRODUCT): pyproject.toml research/pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "Touchline needs Python 3.11 or newer: run make PYTHON=/path/to/python3.11"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt \
-		-e '.[docs,test]' -e ./research
+		-e '.[standard]' -e ./research
+	@touch $@
+
+$(STAMP): $(PRODUCT)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt 'touchline[docs,test]'
 	@touch $@
 
 clean:

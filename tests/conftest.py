@@ -32,6 +32,13 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
+@pytest.fixture(scope="module", autouse=True)
+def frozen() -> None:
+    """So is what has been loaded since: a robot looks through everything each time it has nothing to do."""
+    gc.collect(1)
+    gc.freeze()
+
+
 # What processes and screens take is time on the wall, which tests that only reckon beside them can spare.
 _RECKONING = {
     "checking",

@@ -70,10 +70,18 @@ def sources(parts: tuple[str, ...]) -> Iterator[tuple[Path, ast.Module]]:
             yield path.relative_to(ROOT), ast.parse(path.read_text(encoding="utf-8"))
 
 
+def statements(node: ast.AST) -> Iterator[ast.AST]:
+    """All statements in a module or a statement, however deep, with what is between them: cases and handlers."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
+            yield child
+            yield from statements(child)
+
+
 def functions(path: Path, tree: ast.Module) -> Iterator[Function]:
     """Those of a module, the methods of its classes included."""
     commands = subcommands(tree)
-    for node in ast.walk(tree):
+    for node in statements(tree):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             given = node.args
             names = {each.arg for each in (*given.posonlyargs, *given.args, *given.kwonlyargs)} - {"self", "cls"}
@@ -101,9 +109,9 @@ def registers(node: ast.expr) -> bool:
 def depth(node: ast.AST) -> int:
     """Depth of the nesting of statements in it; an `elif` is as deep as its `if`."""
     if isinstance(node, ast.If) and len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If):
-        inside = max(depth(child) for child in (node.test, *node.body))
+        inside = max(map(depth, node.body))
         return max(inside + 1, depth(node.orelse[0]))
-    inner = max((depth(child) for child in ast.iter_child_nodes(node)), default=0)
+    inner = max((depth(child) for child in ast.iter_child_nodes(node) if not isinstance(child, ast.expr)), default=0)
     return inner + isinstance(node, NESTING)
 
 
@@ -124,7 +132,7 @@ def names(path: Path, tree: ast.Module) -> Iterator[str]:
 
 def docstrings(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Texts that stand alone in a module, a class or a function, with their lines."""
-    for node in ast.walk(tree):
+    for node in (tree, *statements(tree)):
         for each in getattr(node, "body", ()) if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) else ():
             match each:
                 case ast.Expr(value=ast.Constant(value=str(text))):

@@ -1,10 +1,10 @@
 """Statistics of logs find what synthetic data was made with, and have no number for what a log does not tell."""
 
 import math
+from itertools import accumulate
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from touchline.checking.reality import imu_statistics as imu
 from touchline.checking.reality import log_statistics as s
@@ -24,7 +24,7 @@ def gauss_markov(count, share, rng):
     """A process with standard deviation 1 that keeps a share of its value from step to step."""
     fresh = math.sqrt(1.0 - share * share) * rng.normal(size=count)
     fresh[0] = rng.normal()
-    return lfilter([1.0], [1.0, -share], fresh)
+    return np.array(list(accumulate(fresh, lambda before, new: share * before + new)))
 
 
 def drive(seconds=400.0, rest_s=20.0, turn_radps=0.05):

@@ -85,9 +85,9 @@ def tick_by_tick() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def stood(tmp_path_factory: pytest.TempPathFactory) -> Covered:
-    """The job with a person who stands in the middle for good, recorded."""
-    return covered(IN_YARD, tmp_path_factory.mktemp("round") / "round.mcap")
+def stood() -> Covered:
+    """The job with a person who stands in the middle for good."""
+    return covered(IN_YARD)
 
 
 def test_it_covers_the_rest_and_reports_the_ground_beside_the_person(stood: Covered, tmp_path: Path) -> None:
@@ -118,8 +118,8 @@ def test_the_reported_patches_are_those_of_a_raster_of_the_truth(stood: Covered)
 
 
 @pytest.mark.full
-def test_a_recording_of_it_can_be_run_again(stood: Covered) -> None:
-    recording = stood.outcome.last.recording
+def test_a_recording_of_it_can_be_run_again(tmp_path: Path) -> None:
+    recording = covered(IN_YARD, tmp_path / "round.mcap").outcome.last.recording
     assert recording is not None and recording["complete"]
     (verdict,) = check_file("", Path(recording["path"]))
     assert verdict.passed, verdict

@@ -37,10 +37,13 @@ def job() -> Job:
 
 
 @pytest.fixture(scope="module")
-def stood(tmp_path_factory: pytest.TempPathFactory) -> WayRoundOutcome:
-    """The job with a person who stands beside the area for good, recorded."""
-    setup, record = meeting(BESIDE), tmp_path_factory.mktemp("round") / "round.mcap"
-    products = Products(record=record, strokes=True)
+def stood() -> WayRoundOutcome:
+    """The job with a person who stands beside the area for good."""
+    return done()
+
+
+def done(record: Path | None = None) -> WayRoundOutcome:
+    setup, products = meeting(BESIDE), Products(record=record, strokes=True)
     outcome = simulate_job(job(), Emulator(setup.vehicle, setup.scenario, setup.onboard), products)
     assert isinstance(outcome, WayRoundOutcome)
     return outcome
@@ -64,9 +67,10 @@ def test_the_gaps_of_swaths_are_those_of_the_paint(stood: WayRoundOutcome) -> No
 
 
 @pytest.mark.full  # recordings of lines and of a covered area are run again in every run
-def test_a_recording_of_it_can_be_run_again(stood: WayRoundOutcome) -> None:
-    assert stood.last.recording is not None
-    (verdict,) = check_file("", Path(stood.last.recording["path"]))
+def test_a_recording_of_it_can_be_run_again(tmp_path: Path) -> None:
+    recording = done(tmp_path / "round.mcap").last.recording
+    assert recording is not None
+    (verdict,) = check_file("", Path(recording["path"]))
     assert verdict.passed, verdict
 
 
