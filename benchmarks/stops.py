@@ -215,7 +215,7 @@ class _Rig:
 
     def __init__(self, system: System, stack: ExitStack, asked: _Stops) -> None:
         self._system, self._templates, self._slack = system, asked.templates, asked.slack
-        self._bus = stack.enter_context(Bus.open(topics.OPERATOR, system.config))
+        self._bus = stack.enter_context(Bus.open(topics.OPERATOR, system.config, system.check))
         self._hand = Hand(system, self._bus)
         self._hand.ready()
         for template in dict.fromkeys(self._templates):
