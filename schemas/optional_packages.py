@@ -12,6 +12,7 @@ from touchline.schemas.errors import MissingExtra
 
 #: Names of packages that are not those of their modules.
 _PACKAGES: Final = {
+    "PIL": "pillow",
     "foxglove": "foxglove-sdk",
     "llvmlite": "numba",
     "touchline_research": "touchline-research",

@@ -18,7 +18,7 @@ EXTRAS: dict[str, list[str]] = tomllib.loads((ROOT / "pyproject.toml").read_text
 #: Modules by extra; llvmlite comes with Numba.
 MODULES = {
     "console": ("textual",),
-    "drawings": ("cssselect2", "ezdxf", "tinycss2"),
+    "drawings": ("PIL", "cssselect2", "ezdxf", "tinycss2"),
     "live": ("xxhash", "zenoh"),
     "numba": ("llvmlite", "numba"),
     "plot": ("matplotlib",),

@@ -1,10 +1,12 @@
 """Maps of Nav2 as known ground."""
 
 import math
+from io import BytesIO
 
 import numpy as np
 import pytest
 import shapely
+from PIL import Image
 
 from touchline.drawings.occupancy_map import load_map
 from touchline.schemas.errors import SpecError
@@ -33,6 +35,32 @@ def pixels():
     shade = np.full((4, 6), FREE)
     shade[0, 0], shade[3, 5] = TAKEN, UNKNOWN
     return shade
+
+
+def png():
+    data = BytesIO()
+    Image.fromarray(np.arange(10_000, dtype=np.uint32).reshape(100, 100).view(np.uint8)).save(data, "PNG")
+    return data.getvalue()
+
+
+@pytest.mark.parametrize("mode", ["L", "RGB", "P", "I;16", "bmp"])
+def test_images_of_other_formats_say_the_same(tmp_path, pixels, mode):
+    expected = taken(load_map(write(tmp_path, pixels)))
+    grey = Image.fromarray(pixels.astype(np.uint8))
+    if mode == "I;16":
+        grey = Image.fromarray(257 * pixels.astype(np.uint16))
+    elif mode != "bmp":
+        grey = grey.convert(mode)
+    grey.save(tmp_path / "m.pgm", "BMP" if mode == "bmp" else "PNG")
+    assert taken(load_map(tmp_path / "m.yaml")).equals(expected)
+
+
+def test_what_is_transparent_is_not_known_to_be_free(tmp_path, pixels):
+    expected = taken(load_map(write(tmp_path, pixels)))
+    colours = np.full((*pixels.shape, 4), 255, np.uint8)
+    colours[pixels != FREE, 3] = 0
+    Image.fromarray(colours).save(tmp_path / "m.pgm", "PNG")
+    assert taken(load_map(tmp_path / "m.yaml")).equals(expected)
 
 
 @pytest.mark.parametrize("plain", [False, True])
@@ -71,11 +99,13 @@ def test_outlines_are_simplified_outward_only(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("m.pgm", b"GIF89a"), "no PGM"),
-        (("m.pgm", b"P5\n6 4\n255\nab"), "ends after 2 of 24 cells"),
-        (("m.pgm", b"P5\n6"), "damaged header"),
+        (("m.pgm", b"GIF89a"), "no image in PGM, PNG or BMP"),
+        (("m.pgm", b"P5\n6 4\n255\nab"), "is damaged"),
+        (("m.pgm", b"P5\n6"), "is damaged"),
         (("m.pgm", b"P5\n99999999 99999999\n255\n"), "at most"),
-        (("m.pgm", b"P2\n1 1\n255\nx"), "no grey values"),
+        (("m.pgm", b"P5\n5001 5000\n255\n"), "at most"),
+        (("m.pgm", b"P2\n1 1\n255\nx"), "is damaged"),
+        (("m.pgm", png()[:300]), "is damaged"),
         (("m.pgm", b"P5\n2 1\n255\n\x00\x00"), "no free cell"),
         (("m.yaml", b"a: [b"), "no YAML"),
         (("m.yaml", b"- 1"), "no map"),

@@ -1,4 +1,4 @@
-"""Occupancy maps of Nav2 (YAML and PGM) as known ground; whatever is not known to be free counts as occupied.
+"""Occupancy maps of Nav2 (YAML and an image) as known ground; whatever is not known to be free counts as occupied.
 
 Cells become polygons by their edges. Polygons are simplified outward only: corners that point into what is occupied
 are filled.
@@ -7,6 +7,9 @@ are filled.
 from __future__ import annotations
 
 import math
+import struct
+import warnings
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -14,6 +17,7 @@ from typing import Annotated, Any, Final, Literal
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
 from pydantic import ConfigDict, Field, ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
@@ -28,7 +32,14 @@ UNKNOWN: Final = 205
 """Grey value of unknown cells as Nav2 saves them, which its own free_thresh of 0.25 would take for free."""
 # Depth (cells) of corners that are filled, pass by pass.
 FILLED: Final = (0.8, 0.3, 0.3)
-_WHITE: Final = frozenset(b" \t\n\r\v\f")
+FORMATS: Final = ("PPM", "PNG", "BMP")
+"""Formats of images that Nav2 writes, by Pillow's names, of which the first has PGM."""
+NAMED: Final = "PGM, PNG or BMP"
+TOO_LARGE: Final = f"give at most {CELLS_MAX} cells"
+DAMAGED: Final = (ValueError, SyntaxError, EOFError, struct.error, zlib.error)
+"""Errors that Pillow raises besides its own."""
+DEEP: Final = ("I", "I;16")
+"""Modes of grey images of 16 bits."""
 
 Cells = NDArray[np.bool_]
 
@@ -65,15 +76,13 @@ def load_map(path: Path) -> KnownGround:
     """
     described = _described(path)
     image = path.parent / described.image
-    pixels, white = _pixels(image)
-    shade = pixels.astype(np.float64) / white
+    shade = _shades(image)
+    occupancy = shade if described.negate else 1.0 - shade
     if described.mode == "raw":
-        occupancy = pixels.astype(np.float64) / 100.0
-    else:
-        occupancy = shade if described.negate else 1.0 - shade
-    free = occupancy < described.free_thresh
+        occupancy = 2.55 * shade
+    free = occupancy < described.free_thresh  # nowhere if NaN
     if described.mode == "trinary" and not described.negate:
-        free &= pixels != UNKNOWN
+        free &= np.abs(shade * 255.0 - UNKNOWN) > 0.5
     if not free.any():
         raise SpecError(str(image), "", "has no free cell", "check negate and free_thresh in the YAML file")
     height, width = free.shape
@@ -110,54 +119,39 @@ def _described(path: Path) -> MapFile:
     return described
 
 
-def _pixels(image: Path) -> tuple[NDArray[np.uint8], int]:
-    """Grey values (rows, columns) of a PGM file, first row on top, and the value of white.
+def _shades(image: Path) -> NDArray[np.float64]:
+    """Shades (rows, columns) of an image, 0 black to 1 white, first row on top; NaN where it is transparent.
 
     Raises:
         SpecError: It cannot be read.
     """
     try:
-        data = image.read_bytes()
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            with Image.open(image, formats=FORMATS) as opened:
+                return _shades_of(opened, image)
+    except UnidentifiedImageError as error:
+        raise SpecError(str(image), "", f"is no image in {NAMED}", "convert it to one of these") from error
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
+        raise SpecError(str(image), "", "is far too large", TOO_LARGE) from error
     except OSError as error:
-        raise SpecError(str(image), "", f"cannot be read: {error.strerror}", "check image in the YAML file") from error
-    if data[:2] not in (b"P2", b"P5"):
-        raise SpecError(str(image), "", "is no PGM image", "convert it to PGM, P5 or P2")
-    words, at = _header(data)
-    if len(words) < 3 or not all(word.isdigit() for word in words):
-        raise SpecError(str(image), "", "has a damaged header", "save it again as PGM")
-    width, height, white = map(int, words)
-    if not 0 < width * height <= CELLS_MAX or not 0 < white <= 255:
-        problem = f"has {width} x {height} cells of up to {white}"
-        raise SpecError(str(image), "", problem, f"give at most {CELLS_MAX} cells of 8 bits")
-    if data[:2] == b"P5":
-        values = np.frombuffer(data[at : at + width * height], np.uint8)
-    else:
-        text = data[at:].split()[: width * height]
-        if not all(word.isdigit() and int(word) <= white for word in text):
-            raise SpecError(str(image), "", "has values that are no grey values", "save it again as PGM")
-        values = np.array([int(word) for word in text], dtype=np.uint8)
-    if len(values) < width * height:
-        problem = f"ends after {len(values)} of {width * height} cells"
-        raise SpecError(str(image), "", problem, "copy or save it again")
-    return values.reshape(height, width), white
+        if error.strerror:
+            remedy = "check image in the YAML file"
+            raise SpecError(str(image), "", f"cannot be read: {error.strerror}", remedy) from error
+        raise SpecError(str(image), "", f"is damaged: {error}", "copy or save it again") from error
+    except DAMAGED as error:
+        raise SpecError(str(image), "", f"is damaged: {error}", "save it again") from error
 
 
-def _header(data: bytes) -> tuple[list[bytes], int]:
-    """Width, height and white of a PGM file as words, and where its cells begin."""
-    words, word, at = list[bytes](), b"", 2
-    while len(words) < 3 and at < len(data):
-        byte = data[at : at + 1]
-        if byte == b"#":
-            end = data.find(b"\n", at)
-            at = len(data) if end < 0 else end
-            continue
-        at += 1
-        if byte[0] not in _WHITE:
-            word += byte
-        elif word:
-            words.append(word)
-            word = b""
-    return words, at
+def _shades_of(opened: Image.Image, image: Path) -> NDArray[np.float64]:
+    if opened.width * opened.height > CELLS_MAX:
+        raise SpecError(str(image), "", f"has {opened.width} x {opened.height} cells", TOO_LARGE)
+    if opened.mode in DEEP:
+        return np.asarray(opened, dtype=np.float64) / 65535.0
+    colours = np.asarray(opened if opened.mode == "L" else opened.convert("RGBA"), dtype=np.float64) / 255.0
+    if colours.ndim == 2:
+        return colours
+    return np.where(colours[..., 3] < 1.0, np.nan, colours[..., :3].mean(axis=2))
 
 
 def _outlines(taken: Cells) -> Any:
