@@ -327,11 +327,13 @@ class Answer:
         payload: CDR of the response.
         refusal: Why there is none.
         untrusted: Whether a session answered that is not the service's server.
+        late: Whether somebody was asked who did not answer in time.
     """
 
     payload: bytes | None = None
     refusal: str | None = None
     untrusted: bool = False
+    late: bool = False
 
 
 class _Reply(NamedTuple):
@@ -361,6 +363,7 @@ class Question:
         """Send the query; use :meth:`touchline.bus.Bus.ask`."""
         self._trusted = trusted
         self._doubted: list[_Reply] = []
+        self._late = False
         self._closed_at: float | None = None
         self._replies = session.get(
             key,
@@ -385,13 +388,21 @@ class Question:
                 break
             if reply is None:
                 break
+            if _is_timeout(reply):
+                self._late = True
+                continue
             self._doubted = [*self._doubted[-_ANSWERS:], _Reply(_answer_of(reply), _session_of(reply))]
         for doubted in self._doubted:
             if self._trusted(doubted.session):
                 return doubted.answer
         if self._closed_at is None or (self._doubted and time.monotonic() < self._closed_at + _TOKEN_S):
             return None
-        return Answer(untrusted=bool(self._doubted))
+        return Answer(untrusted=bool(self._doubted), late=self._late)
+
+
+def _is_timeout(reply: zenoh.Reply) -> bool:
+    """Return whether Zenoh itself replied, in the name of a session that has not, a router's or nobody's."""
+    return reply.err is not None and reply.err.payload.to_bytes() == b"Timeout"
 
 
 def _answer_of(reply: zenoh.Reply) -> Answer:
@@ -434,7 +445,7 @@ def call(
         waited = time.monotonic() - begun
         if waited >= min(timeout_s, _DISCOVERY_S) and answer.untrusted:
             raise CallError(f"{service.name}: only a session that is not {service.server} answers; that is not trusted")
-        if waited >= timeout_s:
+        if waited >= timeout_s or answer.late:
             raise CallError(f"{service.name}: no answer within {timeout_s:.1f} s")
         if waited >= _DISCOVERY_S:
             raise CallError(f"{service.name}: nobody answers; {why()}")
