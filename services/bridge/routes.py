@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from touchline.bus import Bus, Sample
-from touchline.bus.calls import Question
+from touchline.bus.calls import SILENT, Question
 from touchline.bus.counters import Counters
 from touchline.bus.ros2 import Ros2Request, Ros2Session
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES, encode
@@ -127,7 +127,7 @@ class ServiceRoute:
             pending.question, pending.retry_s = None, now_s + _RETRY_S
             return False
         else:
-            self._refuse(pending.request, answer.refusal or "nobody answers; is the service running?")
+            self._refuse(pending.request, answer.refusal or f"nobody answers; {SILENT}")
         return True
 
     def _refuse(self, request: Ros2Request, reason: str) -> None:

@@ -208,7 +208,7 @@ def test_the_documented_example_lists_and_calls(system: System) -> None:
     environment = {**os.environ, "ROS_DOMAIN_ID": str(DOMAIN)}
     done = subprocess.run(command, cwd=ROOT, env=environment, timeout=300, capture_output=True, text=True, check=False)
     assert "/gnss/fix  sensor_msgs/msg/NavSatFix\n" in done.stdout
-    assert done.stdout.endswith("pause: False, nobody answers; is the service running?\n")
+    assert done.stdout.endswith("pause: False, nobody answers; the service does not run, or hangs\n")
 
 
 @pytest.mark.usefixtures("gateway")

@@ -89,7 +89,7 @@ def test_commands_without_services_say_so(touchline_on_bus, tmp_path):
     code, out, _ = touchline_on_bus("status", "--json")
     (robot,) = json.loads(out)["robots"]
     assert (code, robot["traversal"]) == (1, None)
-    assert {service["state"] for service in robot["services"]} == {"not running"}
+    assert {service["state"] for service in robot["services"]} == {"not on the bus"}
     assert "nothing was running" in touchline_on_bus("down")[1]
 
 

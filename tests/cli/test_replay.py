@@ -37,7 +37,7 @@ def test_a_replay_is_controlled_from_elsewhere(touchline_on_bus, bus_config):
         assert (told["now_s"], told["speed"], told["loops"]) == (10.5, 5.0, 3)
         code, out, _ = touchline_on_bus("status")
         assert code == 0 and "paused square.mcap, 10.5 of 20.4 s" in " ".join(out.split())
-        assert "not running" not in out and "traversal: running" in out
+        assert "not on the bus" not in out and "traversal: running" in out
         for order in ("start", "estop"):
             code, _, err = touchline_on_bus("order", order)
             assert (code, "refused: tt2 is a replay" in err) == (1, True)

@@ -44,7 +44,9 @@ async def test_a_refusal_and_silence_are_shown_with_their_reasons_and_without_to
         await until(pilot, lambda: app.state.log.entries[-1].severity == ERROR)
         assert last(app)[1] == "Start refused: no plan is loaded"
         assert "Start refused: no plan is loaded" in plain(app, SignalBar)
-        link.answers[topics.START.name] = CallFailed("traversal/start: nobody answers; is the service running?")
+        link.answers[topics.START.name] = CallFailed(
+            "traversal/start: nobody answers; the service does not run, or hangs"
+        )
         await pilot.press("s")
         await until(pilot, lambda: last(app)[1].startswith("Start not answered: traversal/start: nobody answers"))
         await pilot.press("p", "escape", "ctrl+c")

@@ -13,7 +13,7 @@ from touchline.bus import calls
 from touchline.bus.access_control import is_at_door
 from touchline.bus.attachment import session_publisher
 from touchline.bus.caller import asked_key
-from touchline.bus.calls import Question, Server
+from touchline.bus.calls import SILENT, Question, Server
 from touchline.bus.claim import claim
 from touchline.bus.common_settings import PATIENCE_S
 from touchline.bus.config import BusConfig, Door
@@ -341,7 +341,7 @@ class Bus:
         if not robots and self.config.identity is None and (keys_folder() / IDENTITIES).is_dir():
             return f"no robot is on the open bus at {self.config.endpoint}; a secured one takes --identity"
         if not robots or self.namespace in robots:
-            return "is the service running?"
+            return SILENT
         there = (
             robots[0] if len(robots) == 1 else f"{', '.join(robots[:_MOST_NAMED])}{' …' * (len(robots) > _MOST_NAMED)}"
         )

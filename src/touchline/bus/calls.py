@@ -46,6 +46,8 @@ _DISCOVERY_S: Final = 1.5
 #: Time for which an answer is kept that arrives before its sender's liveliness token.
 _TOKEN_S: Final = 0.5
 _ANSWERS: Final = 64
+SILENT: Final = "the service does not run, or hangs"
+"""Why nobody answers who has been there, or was expected: a process that hangs is off the bus after two seconds."""
 
 
 class CallError(TouchlineError):
@@ -422,7 +424,7 @@ def call(
     request: Request,
     timeout_s: float,
     while_waiting: Callable[[], None] | None = None,
-    why: Callable[[], str] = lambda: "is the service running?",
+    why: Callable[[], str] = lambda: SILENT,
 ) -> Response:
     """Call ``service`` and wait for its answer; see :meth:`touchline.bus.Bus.call`.
 

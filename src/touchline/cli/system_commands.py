@@ -44,7 +44,7 @@ if TYPE_CHECKING:  # few systems have these doors
 
 _STOP_TIMEOUT_S = 20.0
 _LOOK_S = 0.5
-_MISSING = "not running"
+_MISSING = "not on the bus"
 _COUNTS = ("pid", "published", "received", "lost", "rejected")
 _STATE_NAMES = {
     getattr(TraversalStatus, name): name.lower()
