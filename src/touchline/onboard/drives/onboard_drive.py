@@ -59,8 +59,8 @@ class OnboardDrive(ABC):
         lasting_errors: Models of the two errors of odometry; None: the error is a slip, which comes and goes.
         move_scale: Change of a command in a second that costs as much as a small error: of each, or one number for all;
             see `mpc`.
-        one_way: (actuators,) True for one whose direction is the robot's: driven forward it never turns backward, as the
-            MPC would have it do to correct the heading.
+        one_way: (actuators,) True for one whose direction is the robot's: on a leg forward it never turns backward, as
+            the MPC would have it do to correct the heading.
         horizon_ticks: Steps of the MPC's horizon: fine where the next command acts, coarse where only the course
             matters, and in all as long as it takes to steer back to the path and along it.
         aim: Parameters of pursuit.
