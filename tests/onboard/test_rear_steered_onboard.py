@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 
 from touchline.onboard import filter_model as m
 from touchline.onboard import tracking_state as tracking
+from touchline.onboard.control import MpcFollower
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.interface import TICK_S
+from touchline.onboard.trajectory.path_projection import A_SPEED, AHEAD_COLUMNS
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
 
@@ -93,3 +95,27 @@ def test_what_it_cannot_drive_is_refused() -> None:
         DRIVE.check_speeds(np.array([1.0, 1.1]), np.zeros(2), ("first", "second").__getitem__)
     with pytest.raises(CommandRefused, match="it: a rear-steered vehicle cannot turn on the spot"):
         DRIVE.check_spin("it", 0.1)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0], ids=["forward", "backward"])
+@pytest.mark.parametrize("error_rad", [-0.08, 0.08])
+def test_mpc_sets_off_from_a_cusp_in_the_direction_of_the_leg(error_rad: float, sense: float) -> None:
+    """Turned off its path, still rolling the other way, and steered so that driving on would turn it farther off."""
+    follower, place = MpcFollower(CLAY_ROLLER), now(slip=0.02)
+    ahead = np.zeros((follower.ahead_rows, AHEAD_COLUMNS))
+    ahead[:, A_SPEED] = sense * np.minimum(0.05 + 0.1 * TICK_S * np.arange(follower.ahead_rows), 1.0)
+    speed_mps, steering_rad, yaw_error_rad = -0.1 * sense, -0.3 * sense * np.sign(error_rad), error_rad
+    commands = list[float]()
+    for _ in range(300):
+        place[tracking.HEADING_ERROR], place[tracking.SPEED] = yaw_error_rad, speed_mps
+        place[tracking.REFERENCE_SPEED] = ahead[0, A_SPEED]
+        place[tracking.COMMAND + 1] = steering_rad
+        _, _, actuators = follower.step(place, ahead)
+        assert actuators is not None
+        commands.append(sense * actuators[0])
+        place[tracking.COMMAND] = actuators[0]
+        steering_rad += np.clip(actuators[1] - steering_rad, -1.0, 1.0) * TICK_S / DATA.steering_time_constant_s
+        speed_mps += (actuators[0] * place[tracking.EFFECT] - speed_mps) * TICK_S / DATA.drum_time_constant_s
+        yaw_error_rad -= speed_mps * math.tan(steering_rad) / BASE_M * TICK_S
+    assert min(commands) > -1e-9 and follower.fallbacks == 0
+    assert abs(yaw_error_rad) < abs(error_rad) and sense * speed_mps > 0.04

@@ -8,6 +8,7 @@ import signal
 import threading
 from contextlib import suppress
 from multiprocessing import resource_tracker, util
+from types import SimpleNamespace
 
 import pytest
 from typer.testing import CliRunner
@@ -23,7 +24,7 @@ from touchline.jobs.sweep.task import SweepRun, Task, prepare, run_figures
 from touchline.jobs.task_pool import here, in_processes
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import TouchlineError
-from touchline.schemas.messages import PlanOptions, Trajectory, TraversalReport
+from touchline.schemas.messages import PlanOptions, Trajectory, TraversalReport, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.services.robot_sim import emulator
@@ -57,6 +58,32 @@ def test_a_robot_that_never_comes_to_rest_ends_the_simulation_all_the_same(job, 
     monkeypatch.setattr(simulation, "_PATIENCE_TICKS", 3000)
     monkeypatch.setattr(emulator, "RESTING_MPS", -1.0)
     assert simulate(job, Scenario(noise="none")).report.success
+
+
+def test_a_robot_whose_estimate_alone_moves_does_not_move_on():
+    standing = SimpleNamespace(active=True, tick_count=0, aborted="")
+
+    def status():
+        return SimpleNamespace(
+            arc_length_m=3.0 + 0.01 * (standing.tick_count // 10 % 3),
+            total_length_m=0.0,
+            pause=None,
+            state=TraversalStatus.PAUSED,
+            reason=standing.aborted or "somebody comes and goes",
+        )
+
+    def run_slice():
+        standing.tick_count += 10
+        assert standing.tick_count < 10 * simulation._PATIENCE_TICKS
+        standing.onboard = SimpleNamespace(status=status())
+
+    def abort(why):
+        standing.active, standing.aborted = False, why
+
+    standing.abort = abort
+    simulation._drive(standing, run_slice, lambda done, doing: None, 10, lambda: None)
+    assert standing.aborted == "aborted by the simulation after 180 s without progress: somebody comes and goes"
+    assert standing.tick_count == pytest.approx(simulation._PATIENCE_TICKS, abs=20)
 
 
 def test_a_runs_figures_are_those_of_its_report():

@@ -55,3 +55,12 @@ def test_what_has_moved_or_was_waited_for_has_its_time_anew(wall):
     assert not waited.stalled(running.model_copy(update={"arc_length_m": 3.1}), PauseStatus())
     wall[0] += STALLED_S + 1.0
     assert "has not moved for 20 s" in waited.stalled(running.model_copy(update={"arc_length_m": 3.1}), PauseStatus())
+
+
+def test_an_estimate_that_moves_is_no_progress(wall):
+    waited = StallDetector()
+    for k in range(int(2.0 * ENDS_BY_ITSELF_S)):
+        wall[0] += 1.0
+        if waited.stalled(PAUSED.model_copy(update={"arc_length_m": 3.0 + 0.01 * (k % 3)}), BY_ITSELF):
+            break
+    assert k == pytest.approx(ENDS_BY_ITSELF_S, abs=2.0)

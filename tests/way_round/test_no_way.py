@@ -124,6 +124,30 @@ def test_what_stands_at_the_robot_for_good_ends_its_job_as_well(stuck: Stuck) ->
     assert why.startswith(NO_WAY_ON) and "too near" in why
 
 
+def test_who_passes_by_does_not_hold_a_robot_for_good_beside_what_stands_at_it(stuck: Stuck) -> None:
+    def passes(*, moving: bool, x_m: float = 6.0) -> None:
+        stuck.onboard.blocked = Blocked(0, 0.3, (x_m, 0.0), moving=moving, too_near=True)
+        for _ in range(30):
+            stuck.tick_count += 10
+            if stuck.job.look(attended=False):
+                reasons.append(stuck.job.nothing_remains())
+
+    reasons = list[str]()
+    while not any(reasons) and stuck.tick_count < 400 * TICKS_PER_S:
+        for _ in range(8):
+            passes(moving=False)
+        passes(moving=True, x_m=4.5)
+    assert reasons[-1].startswith(NO_WAY_ON)
+
+
+def test_people_who_stand_at_the_robot_by_turns_do_not_end_the_job(stuck: Stuck) -> None:
+    for k in range(200):
+        stuck.onboard.blocked = Blocked(0, 0.3, (6.0 + k % 2, 0.0), moving=False, too_near=True)
+        for _ in range(60):
+            stuck.tick_count += 10
+            assert not stuck.job.look(attended=False)
+
+
 def test_what_moves_does_not_end_the_job(stuck: Stuck) -> None:
     for _ in range(8):
         stuck.thing_at(6.0, moving=True)

@@ -117,7 +117,7 @@ class WayRoundJob:
         known = [*([template.boundary] if template.boundary else []), *template.obstacles]
         self._for_good = {OPERATOR, PLAN, *(outline.id for outline in known)}
         self._search_tick, self._in_vain, self._work_done, self._stops = 0, 0, 0.0, list[tuple[float, float]]()
-        self._unheld_tick = 0
+        self._unheld_tick, self._held_at = 0, (math.inf, math.inf)
         self._refusals, self._refused_tick, self._refused_at = 0, 0, list[tuple[float, float]]()
         self.over = self.finished = self._returning = self._breaks_off = False
         self._order = WaitingOrder.GO_ROUND
@@ -157,14 +157,18 @@ class WayRoundJob:
         if self._waiting.answer is None and self._drives > 1 and onboard.status.arc_length_m < ADVANCED_M:
             self._search_tick = max(self._search_tick, self._waiting.begun_tick + AGAIN_TICKS)
         self._order = order or WaitingOrder.GO_ROUND
-        if not blocked.too_near or blocked.moving:
-            self._unheld_tick = emulator.tick_count
+        elsewhere = not blocked.moving and math.dist(blocked.place_m, self._held_at) > CHANGED_M
+        if not blocked.too_near or elsewhere:
+            self._unheld_tick, self._held_at = emulator.tick_count, blocked.place_m
         held = blocked.too_near and emulator.tick_count < self._unheld_tick + AGAIN_TICKS
         return order is not None and self.may_search and not held
 
     def _watch_for_change(self, blocked: Blocked | None) -> None:
-        """Put the next search off no longer if the way is free, something moves, or something else is in the way."""
-        if not self._refused_at:
+        """Put the next search off no longer if the way is free, something moves, or something else is in the way.
+
+        Who passes by a robot that may not move at all changes nothing: it is held by what stands there.
+        """
+        if not self._refused_at or (blocked is not None and blocked.moving and blocked.too_near):
             return
         moves = blocked is None or blocked.moving
         if moves:

@@ -7,6 +7,14 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
+            "A job whose robot stands for good beside something that may move ends though people pass by: each of "
+            "them made it count anew, so that it stood without end."
+        ),
+        (
+            "A rear-steered robot that the MPC steers no longer drives on against a leg's direction: off its heading "
+            "at a cusp it corrected that in the wrong direction, 0.25 m over the boundary in one case."
+        ),
+        (
             "Patches of an area that a job has left out are cut where they surround covered ground: their "
             "outlines have no holes; the covered ground counted as left out."
         ),

@@ -24,6 +24,7 @@ from touchline.jobs.shared.team_order import OrderTaken, TeamOrder
 from touchline.jobs.shared.unfinished_lines import Standing
 from touchline.jobs.shared.work_evaluation import evaluate_work
 from touchline.jobs.single.simulation import Outcome
+from touchline.jobs.single.stall_detector import ADVANCED_M
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import Trajectory, TraversalStatus
@@ -191,7 +192,7 @@ class _SharedRun:
                 self._hand_over()
             if self._slices % REPORT_EVERY == 0:
                 now_m = self._report()
-                if orders or now_m != reached_m:
+                if orders or abs(now_m - reached_m) > ADVANCED_M:
                     moved_at, reached_m = self._slices, now_m
             if (self._slices - moved_at) * SLICE_TICKS > TICKS_PER_S * PATIENCE_S:
                 self._abort_all()

@@ -15,6 +15,7 @@ from touchline.jobs.single.reports import (
     traversal_figures,
     work_report,
 )
+from touchline.jobs.single.stall_detector import ADVANCED_M
 from touchline.schemas.digest import scenario_hash
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import (
@@ -353,8 +354,9 @@ def _drive(
         status = emulator.onboard.status
         if status.total_length_m > 0.0 and emulator.tick_count % _SLICE_TICKS < slice_ticks:
             progress(status.arc_length_m / status.total_length_m, status.segment_id)
-        patience = patience - 1 if status.arc_length_m == reached else patience_slices
-        reached = status.arc_length_m
+        patience -= 1
+        if abs(status.arc_length_m - reached) > ADVANCED_M:
+            reached, patience = status.arc_length_m, patience_slices
         if status.pause is not None and not status.pause.ends_by_itself:
             emulator.abort(f"aborted by the simulation, in which nobody resumes: {status.reason}")
             patience = patience_slices

@@ -12,6 +12,8 @@ STALLED_S: Final = 20.0
 """Wall-clock time without motion after which a robot that waits for nobody will not finish by itself."""
 ENDS_BY_ITSELF_S: Final = 180.0
 """The same for a robot that reports that its pause ends by itself."""
+ADVANCED_M: Final = 0.05
+"""Way along its path up to which a robot counts as standing: its estimate moves by centimetres while it stands."""
 
 
 def waits_for_operator(status: TraversalStatus, pause: PauseStatus) -> bool:
@@ -24,14 +26,14 @@ class StallDetector:
 
     def __init__(self) -> None:
         """Start as if it had just moved."""
-        self._since_s, self._seen = time.monotonic(), (-1.0, STALLED_S)
+        self._since_s, self._reached_m, self._longest_s = time.monotonic(), -1.0, STALLED_S
 
     def stalled(self, status: TraversalStatus, pause: PauseStatus) -> str:
         """Return why the robot counts as stalled; "" as long as it does not."""
         longest_s = _longest_s(status, pause)
-        seen, now_s = (status.arc_length_m, longest_s), time.monotonic()
-        if seen != self._seen:
-            self._since_s, self._seen = now_s, seen
+        now_s = time.monotonic()
+        if abs(status.arc_length_m - self._reached_m) > ADVANCED_M or longest_s != self._longest_s:
+            self._since_s, self._reached_m, self._longest_s = now_s, status.arc_length_m, longest_s
         if now_s - self._since_s <= longest_s:
             return ""
         return f"the robot has not moved for {longest_s:.0f} s ({status.reason or 'no reason given'})"

@@ -128,6 +128,7 @@ def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> k.MpcParameters:
         heading_weight=HEADING_SCALE_RAD**-2,
         speed_weight=SPEED_SCALE_MPS**-2,
         move_weight=tuple((np.broadcast_to(drive.move_scale, drive.limit.shape) ** -2).tolist()),
+        one_way=tuple(np.broadcast_to(drive.one_way, drive.limit.shape).tolist()),
         terminal_factor=TERMINAL_FACTOR,
         disturbance_gain=TICK_S / DISTURBANCE_TIME_S,
         drift_gain=TICK_S / DRIFT_TIME_S,

@@ -43,6 +43,7 @@ class MpcParameters(NamedTuple):
         heading_weight: Cost of the heading error [1/rad²].
         speed_weight: Cost of the speed error [s²/m²].
         move_weight: Cost of a change of each command in a second, over its unit squared.
+        one_way: True for actuators that turn in the direction of the reference only.
         terminal_factor: Factor on the costs of the last step.
         disturbance_gain: Share per tick by which the speed and yaw rate disturbances are updated.
         drift_gain: Share per tick by which the lateral drift is updated.
@@ -58,6 +59,7 @@ class MpcParameters(NamedTuple):
     heading_weight: float
     speed_weight: float
     move_weight: tuple[float, ...]
+    one_way: tuple[bool, ...]
     terminal_factor: float
     disturbance_gain: float
     drift_gain: float
@@ -303,6 +305,10 @@ def build(now: Floats, ahead: Floats, controller: Controller, programme: Program
             hessian[i, i] += pay
             limit, reach = p.limit[actuator], p.reach[actuator]
             lower[i], upper[i] = -limit - base, limit - base
+            if p.one_way[actuator] and step.drive_mps > 0.0:
+                lower[i] = -base
+            elif p.one_way[actuator] and step.drive_mps < 0.0:
+                upper[i] = -base
             pull = base - step.actuator[actuator]
             lower[size + i], upper[size + i] = -reach - pull, reach - pull
     for i in range(size):

@@ -59,6 +59,8 @@ class OnboardDrive(ABC):
         lasting_errors: Models of the two errors of odometry; None: the error is a slip, which comes and goes.
         move_scale: Change of a command in a second that costs as much as a small error: of each, or one number for all;
             see `mpc`.
+        one_way: (actuators,) True for one whose direction is the robot's: on a leg forward it never turns backward, as
+            the MPC would have it do to correct the heading.
         horizon_ticks: Steps of the MPC's horizon: fine where the next command acts, coarse where only the course
             matters, and in all as long as it takes to steer back to the path and along it.
         aim: Parameters of pursuit.
@@ -77,6 +79,7 @@ class OnboardDrive(ABC):
     side_slip_rad_per_mps2: float
     lasting_errors: tuple[LastingError | None, LastingError | None] = (None, None)
     move_scale: float | tuple[float, ...] = 8.0
+    one_way: bool | tuple[bool, ...] = False
     horizon_ticks: tuple[int, ...] = (1, 2, 3, 4, 5, 5, 6, 8, 10, 12, 14, 16)
     aim: Aim = Aim()
 

@@ -169,14 +169,13 @@ class RearSteeredFigures(NamedTuple):
     def gain(self, actuator: int, now: Floats) -> tuple[float, float]:
         """See `onboard_drive.gain`: the drum's at the present steering angle, the steering's at the present speed.
 
-        At standstill the steering's would be 0; instead it is that of a low speed.
+        At standstill, and while the robot still rolls against its reference, the steering's is that of a low speed.
         """
         tan = math.tan(now[COMMAND + 1] + now[EFFECT + 1])
         if actuator == 0:
             return now[EFFECT], -now[EFFECT] * tan / self.base_m
-        speed = now[SPEED_NOW]
-        if abs(speed) < _GAIN_FLOOR_MPS:
-            speed = math.copysign(_GAIN_FLOOR_MPS, now[REFERENCE_SPEED])
+        sense = math.copysign(1.0, now[REFERENCE_SPEED])
+        speed = sense * max(sense * now[SPEED_NOW], _GAIN_FLOOR_MPS)
         return 0.0, -speed * (1.0 + tan * tan) / self.base_m
 
     @kernel
@@ -203,6 +202,7 @@ class OnboardRearSteered(OnboardDrive):
         self.side_slip_rad_per_mps2 = drive.side_slip_rad_per_mps2
         self.lasting_errors = (None, LastingError(max(drive.steering_offset_rad, 1e-4), _OFFSET_TAU_S))
         self.move_scale, self.aim, self.horizon_ticks = (8.0, _STEERING_MOVE_RAD), _AIM, _HORIZON_TICKS
+        self.one_way = (True, False)
         lags_s = np.maximum([drive.drum_time_constant_s, drive.steering_time_constant_s], TICK_S)
         rates = np.array([drive.max_drum_acceleration_radps2, drive.steering_rate_limit_radps])
         self.limit = np.array([drive.max_drum_speed_radps, drive.steering_stop_rad])
