@@ -81,6 +81,8 @@ class WheelSource(StreamSource):
 
     standing_mps: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Slower than this it is noise, and the wheels stand."""
+    unsigned: bool = False
+    """They count forward even where the robot reverses, which is found by the course of the fixes."""
 
 
 class HeadingSource(Spec):

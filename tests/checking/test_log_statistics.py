@@ -179,3 +179,13 @@ def test_what_a_log_does_not_tell_has_a_reason():
 def test_rests_begin_and_end_half_a_second_inside():
     ((first, last),) = stretches(log_of().rests)
     assert first <= 50 and 1900 < last < 1960
+
+
+def test_what_dead_reckoning_errs_by_over_a_gap_is_no_jump():
+    log = log_of(stretch=1.05)  # the wheels are 5 % too large
+    told = log._replace(fixes=log.fixes[(log.fixes[:, 0] % 10.0) < 7.0])
+    assert s.log_statistics(told)[s.JUMPS].value == 0.0
+    assert len(s.jumps_of(told)) == 0
+    moved = told.fixes.copy()
+    moved[1500:, 1] += 0.2
+    assert len(s.jumps_of(told._replace(fixes=moved))) == 1

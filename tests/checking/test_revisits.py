@@ -63,3 +63,14 @@ def test_one_pass_tells_nothing():
     assert found.pairs < 5  # where the lap ends at its beginning
     assert not found.told
     assert not compared(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2))).told
+
+
+def test_a_robot_that_rests_does_not_come_by_again():
+    rng = np.random.default_rng(1)
+    time_s, places_m = laps(1)
+    rest_s = np.arange(100.0)
+    resting = np.concatenate((places_m[:1] + 0.01 * rng.standard_normal((100, 2)), places_m))
+    errors_m = np.concatenate((np.full((100, 2), 0.03), wandering(len(time_s), 0.01, rng)))
+    found = compared(np.concatenate((rest_s, 100.0 + time_s)), resting, errors_m)
+    assert found.pairs < 5
+    assert not found.bent

@@ -56,3 +56,13 @@ def test_a_held_reading_that_does_not_change_for_long_is_read_again():
     own = np.flatnonzero(changes(time_s, values[:, None]))
     assert np.diff(time_s[own]).max() <= 1.5 + 1e-9
     assert len(own) == 11 + 6
+
+
+def test_a_held_reading_of_a_moving_robot_that_comes_late_is_read_once():
+    time_s = np.arange(400) / 20
+    values = np.floor(time_s * 10)  # 10 Hz
+    late = np.isin(np.arange(400), (101, 102, 103))
+    values[late] = values[100]
+    own = changes(time_s, values[:, None])
+    assert not own[late].any()
+    assert own.sum() == 199

@@ -228,7 +228,8 @@ def _print(file: Path, found: "Calibration") -> None:
     for each in found.findings:
         told = not each.against and not found.doubts
         value, sigma = (f"{each.in_file + each.change:z.5f}", f"{each.sigma:.5f}") if told else ("", "")
-        table.add_row(each.constant.name, f"{each.in_file:.5g}", value, sigma, each.constant.unit, each.against)
+        remark = each.against or ("not believed, for the reasons below" if found.doubts else "")
+        table.add_row(each.constant.name, f"{each.in_file:.5g}", value, sigma, each.constant.unit, remark)
     for figure in found.beside:
         told = math.isfinite(figure.value)
         value, sigma = (f"{figure.value:z.5f}", f"{figure.sigma:.5f}") if told else ("", "")

@@ -184,10 +184,11 @@ def calibrate(path: Path, robot: str | None, progress: Callable[[float], None] =
 
     Raises:
         RecordingError: The recording cannot be read.
-        SpecError: It has no session of that robot, or too few fixes.
+        SpecError: It has no session of that robot, too few fixes, or wheels without a sign.
         NotRebuilt: It has no sensor frames.
     """
     inputs = EstimatorInputs(path, robot)
+    inputs.require_signs()
     constants = constants_of(inputs.setup)
     fit = fit_constants(inputs, inputs.setup, constants, lambda done: progress(0.5 * done))
     certain = with_sigmas(inputs.setup, dict.fromkeys(constants, 0.0))

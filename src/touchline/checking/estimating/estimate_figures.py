@@ -16,6 +16,7 @@ from touchline.onboard.estimation.consistency_monitor import compared_innovation
 from touchline.onboard.estimation.filter import AcceptedJump
 from touchline.onboard.estimation.tail import OUTLYING
 from touchline.onboard.filter_model import FIX_DOF
+from touchline.recordings.logs.reversals import UNSIGNED, against_the_wheels
 from touchline.schemas.vehicles import ODOMETRY
 
 Floats = NDArray[np.float64]
@@ -168,14 +169,17 @@ def verdict(run: EstimatorRun) -> list[str]:
 
 def _inconsistent(run: EstimatorRun) -> list[str]:
     """Return why the claimed accuracy is not to be believed, a line each."""
+    if run.reversals:  # all else follows from that
+        return [f"not consistent: the log {against_the_wheels(run.reversals, run.duration_s)}; {UNSIGNED}"]
     against, correlation, wheels = [], fixes_whiteness(run.white, run.fix_lag), run.consistency.encoder_nis_mean
     remedy = "`touchline calibrate` looks for the cause"
     _, drifts = _jumps_and_drifts(run)
     if drifts or run.strays:
         moved_m = max((run.stray_most_m, *(drift.moved_m for drift in drifts)))
+        count = len(drifts) + run.strays
         against.append(
-            f"not consistent: the estimate strayed from the fixes {len(drifts) + run.strays} times, by up to "
-            f"{moved_m:.2f} m, though the receiver had not jumped; {remedy}"
+            f"not consistent: the estimate strayed from the fixes {'once' if count == 1 else f'{count} times'}, by up "
+            f"to {moved_m:.2f} m, though the receiver had not jumped; {remedy}"
         )
     if correlation is not None and correlation.found and correlation.correlation > 0.0:  # else σ is too large
         against.append(

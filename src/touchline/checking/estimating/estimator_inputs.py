@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 from touchline.checking.recorded_session import TICK_NS, tick_of
 from touchline.checking.sensor_frames import SENSED, sensor_frames
 from touchline.core.geodesy import local_frame, to_local
+from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
 from touchline.onboard.estimation.frame_series import FrameSeries
+from touchline.onboard.interface import ANGLES, GYRO, TICKS_PER_S
 from touchline.recordings.channels import namespace_at, robots_among, topic_at
 from touchline.recordings.former_types import presented
+from touchline.recordings.logs.reversals import UNSIGNED, Span, against_the_wheels, reversals
 from touchline.recordings.message_table import MessageTable
 from touchline.recordings.reader import RecordingReader
 from touchline.recordings.recorded import Recorded
@@ -27,6 +30,7 @@ from touchline.schemas.messages import GnssStatus, NavSatFix, Odometry, RobotOrd
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import GNSS, ODOMETRY
+from touchline.schemas.vehicles.differential_drive import DifferentialDrive
 
 Floats = NDArray[np.float64]
 
@@ -134,6 +138,39 @@ class EstimatorInputs:
             sigma_m = float(fix.position_covariance[0]) ** 0.5
             rows.append((time_ns / 1e9, east, north, sigma_m, status.fix, status.correction_age_s))
         return np.array(rows, dtype=np.float64).reshape(-1, 6)
+
+    @cached_property
+    def reversals(self) -> tuple[Span, ...]:
+        """Stretches in which two driven wheels turn against the course of the fixes.
+
+        Raises:
+            NotRebuilt: There are no sensor frames.
+        """
+        drive, receiver = self.setup.vehicle.drive, self.receiver()
+        fixed = receiver[receiver[:, 4] == FIX_FIXED][:, :4]
+        if not isinstance(drive, DifferentialDrive) or not len(fixed):
+            return ()
+        readings = self.frames.readings
+        ticks = self.frames.first_tick + np.arange(len(readings))
+        wheels_m = np.nan_to_num(readings[:, ANGLES : ANGLES + 2]) * drive.wheel_radius_m
+        turn_radps = np.where(self.frames.measured[:, 0] < ticks, np.nan, readings[:, GYRO + 2])
+        if not np.isfinite(turn_radps).any():
+            turned = np.diff(wheels_m)[:, 0] / drive.track_width_m
+            turn_radps = np.diff(turned, prepend=turned[0]) * TICKS_PER_S
+        fixed = fixed[np.argsort(fixed[:, 0], kind="stable")]
+        return reversals(ticks / TICKS_PER_S, wheels_m.mean(axis=1), turn_radps, fixed)
+
+    def require_signs(self) -> None:
+        """Refuse wheels that have no sign.
+
+        Raises:
+            NotRebuilt: There are no sensor frames.
+            SpecError: They have none.
+        """
+        if self.reversals:
+            raise SpecError(
+                "the recording", "", against_the_wheels(self.reversals, self.last_tick / TICKS_PER_S), UNSIGNED
+            )
 
     def reference(self) -> tuple[Floats, bool, bool]:
         """Return reference, of_antenna and emulated, as in `EstimatorRun`."""

@@ -23,6 +23,7 @@ from touchline.onboard.estimation.report import report
 from touchline.onboard.estimation.tail import CONTRADICTED
 from touchline.onboard.filter_model import FIX_DOF, FilterCounters
 from touchline.onboard.interface import Consistency
+from touchline.recordings.logs.reversals import Span
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles import ODOMETRY
 
@@ -73,6 +74,7 @@ class EstimatorRun:
         constants: Constants of the robot as it has learned them, at the end.
         side_bias_mps2: Bias of the accelerometer's left axis as it has learned it, at the end, and its σ.
         wheel_readings: Number of readings of the wheels that it has tested.
+        reversals: Stretches in which the wheels turn against the course of the fixes.
         problem: Why it could not be run; empty if it was.
         remarks: Further remarks.
     """
@@ -100,6 +102,7 @@ class EstimatorRun:
     constants: tuple[LearnedConstant, ...] = ()
     side_bias_mps2: tuple[float, float] = (0.0, math.inf)
     wheel_readings: int = 0
+    reversals: tuple[Span, ...] = ()
     problem: str = ""
     remarks: list[str] = field(default_factory=list)
 
@@ -143,6 +146,7 @@ def run_inputs(
     """
     try:
         run = rerun(inputs, setup, inputs.frames, progress)
+        run.reversals = inputs.reversals
     except NotRebuilt as error:
         run = EstimatorRun(setup, inputs.robot, inputs.last_tick / 100, problem=str(error))
     run.receiver, run.remarks = inputs.receiver(), inputs.remarks

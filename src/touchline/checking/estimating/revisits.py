@@ -30,6 +30,8 @@ BENT_FROM: Final = 0.25
 _ERROR: Final = {"gauss_markov_1_m": 0.012, "gauss_markov_1_tau_s": 6.0, "gauss_markov_2_m": 0.0}
 _CERTAIN: Final = {"antenna_sigma_m": 0.0, "stamp_offset_sigma_s": 0.0}  # or such a filter would change them at ease
 _CELL_M: Final = 3.0
+_MOVED_M: Final = 0.1
+"""Least distance from the row before, a second earlier, of a robot that passes."""
 _SETTLING_S: Final = 10.0  # after the start, until the heading is known
 
 
@@ -74,8 +76,8 @@ class Revisits(NamedTuple):
             return ""
         east_m, north_m = self.place_m
         return (
-            f"the fixes are bent at this place: by {1e3 * self.bend_m:.0f} mm around {east_m:.0f} m east, "
-            f"{north_m:.0f} m north, alike on passes more than {APART_S:.0f} s apart (correlated by "
+            f"the fixes are bent at this place: by {1e3 * self.bend_m:.0f} mm around {east_m:z.0f} m east, "
+            f"{north_m:z.0f} m north, alike on passes more than {APART_S:.0f} s apart (correlated by "
             f"{self.correlation:.2f}); something there reflects the signals"
         )
 
@@ -94,13 +96,15 @@ def revisits(inputs: EstimatorInputs, setup: Setup) -> Revisits:
 
 
 def compared(time_s: Floats, places_m: Floats, errors_m: Floats) -> Revisits:
-    """Compare errors of fixes at places that are near each other.
+    """Compare errors of fixes at places that are near each other; a robot that rests passes nothing meanwhile.
 
     Args:
         time_s: (n,) times, about a second apart.
         places_m: (n, 2) places then, east and north.
         errors_m: (n, 2) errors then, east and north.
     """
+    moved = np.hypot(*np.diff(places_m, axis=0, prepend=places_m[:1]).T) > _MOVED_M
+    time_s, places_m, errors_m = time_s[moved], places_m[moved], errors_m[moved]
     off_m = errors_m - errors_m.mean(axis=0) if len(errors_m) else errors_m
     near = np.hypot(*np.moveaxis(places_m[:, None] - places_m, -1, 0)) < NEAR_M
     one, other = np.nonzero(near & (time_s[:, None] - time_s > APART_S))

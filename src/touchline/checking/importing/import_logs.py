@@ -14,6 +14,7 @@ import numpy as np
 from touchline.checking.importing.limited_reader import read_limited
 from touchline.checking.importing.session_writer import write_session
 from touchline.recordings.logs.foreign_sensors import FIXED, ForeignSensors, sensors_of
+from touchline.recordings.logs.reversals import in_words
 from touchline.recordings.logs.tick_sensors import TickSensors, tick_sensors
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.log_mapping import LogMapping
@@ -104,6 +105,8 @@ def import_logs(
         out, setup, sensors, at_ticks, latency_s, made_from, lambda done: progress(0.3 + 0.7 * done, "writing")
     )
     remarks = content.problems + sensors.remarks
+    if mapping.wheels is not None and mapping.wheels.unsigned:
+        remarks.append(f"wheels: {_reversing(at_ticks)}")
     if odometry_alone:
         remarks.append("the log has no fixes: the estimator runs on odometry alone")
     elif at_ticks.starts:
@@ -112,6 +115,14 @@ def import_logs(
         remarks.append("the log has no odometry: the session can be looked at, but not estimated")
     figures = _figures(sensors, at_ticks) | {"messages": report.messages, "bytes": report.bytes, "path": str(out)}
     return ImportedLogs(figures, remarks, report.problem)
+
+
+def _reversing(at_ticks: TickSensors) -> str:
+    """Return where wheels without a sign were taken to turn backward."""
+    if not at_ticks.reverses:
+        return "no stretch was found in which the course of the fixes is opposite to the heading"
+    spans = [(begin_s - at_ticks.begin_s, end_s - at_ticks.begin_s) for begin_s, end_s in at_ticks.reverses]
+    return f"taken to turn backward {in_words(spans, at_ticks.ticks / 100)}, by the course of the fixes"
 
 
 def _vehicle(mapping: LogMapping, folder: Path) -> Vehicle:

@@ -27,10 +27,12 @@ def fit_log(
 
     Raises:
         RecordingError: The recording cannot be read.
-        SpecError: It has no session of that robot, or of one without GNSS, two wheels or sensors.
+        SpecError: It has no session of that robot, or of one without GNSS, two wheels or sensors, or its wheels
+            have no sign.
     """
     inputs = EstimatorInputs(path, robot)
     try:
+        inputs.require_signs()
         log = samples_of(inputs)
     except NotRebuilt as error:
         raise SpecError(str(path), "", str(error), "record the sensors of the whole drive") from error

@@ -95,8 +95,13 @@ def jumps_of(log: LogSamples) -> Floats:
         return np.zeros((0, 3))
     matched = track.matched(log.time_s, log.antenna_track, log.fixes)
     errors = track.step_errors(matched).map_m
-    jumped = np.hypot(*errors.T) > JUMP_M
+    jumped = _jumped(matched, errors)
     return np.column_stack([matched.time_s[1:][jumped], errors[jumped]])
+
+
+def _jumped(matched: track.MatchedTrack, errors_m: Floats) -> NDArray[np.bool_]:
+    """Return the (k − 1,) steps in which a fix has jumped."""
+    return np.asarray((np.hypot(*errors_m.T) > JUMP_M) & track.successive(matched.time_s))
 
 
 def _against_driving(log: LogSamples) -> str:
@@ -123,7 +128,7 @@ def _of_track(log: LogSamples, at_rest: Mapping[str, Told]) -> dict[str, Told]:
     scatter = track.scatter_m(errors[moving, 1])
     found[SCATTER] = Told(scatter)
     spans = float(matched.time_s[-1] - matched.time_s[0])
-    found[JUMPS] = Told(1000.0 * float((np.hypot(*errors.T) > JUMP_M).sum()) / spans)
+    found[JUMPS] = Told(1000.0 * float(_jumped(matched, errors).sum()) / spans)
     found[SLIP] = _slip(matched, errors[moving], max(scatter, at_rest[DIFFERENCE[1.0]].value or 0.0))
     return found
 

@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 
 _NORMAL: Final = 1.4826
 """Standard deviation of normal numbers over the median distance from their median."""
+_GAP_STEPS: Final = 3.0
 _LEAST_FIXES: Final = 4
 _LEAST_WINDOWS: Final = 10
 _STARTS: Final = 10
@@ -49,6 +50,12 @@ def matched(time_s: Floats, track: Floats, fixes: Floats) -> MatchedTrack:
     at = fixes[inside, 0]
     east, north, distance = (np.interp(at, time_s, column) for column in track.T)
     return MatchedTrack(at, fixes[inside, 1:3], np.column_stack([east, north]), distance)
+
+
+def successive(time_s: Floats) -> NDArray[np.bool_]:
+    """Return (k − 1,) which of k fixes' steps have no gap in them, in which dead reckoning errs by more than a step."""
+    step_s = np.diff(time_s)
+    return np.asarray(step_s <= _GAP_STEPS * np.median(step_s))
 
 
 def robust_sigma(values: Floats) -> float:

@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 from touchline.recordings.logs.log_table import Floats
 
 _HELD: Final = 1.5
-"""Rows between two changes, in the median, from which on readings are held; a reading that still is the same after this
-multiple of the usual time is one of its own."""
+"""Rows between two changes, in the median, from which on readings are held; a reading that rests is one of its own
+again after this multiple of the usual time."""
+_RESTS: Final = 3.0
+"""Multiple of the usual time from which on a reading rests. One that is held for twice that time may have come late,
+and the robot has driven meanwhile."""
 
 
 def changes(time_s: Floats, values: Floats) -> NDArray[np.bool_]:
@@ -28,9 +31,12 @@ def changes(time_s: Floats, values: Floats) -> NDArray[np.bool_]:
     usual_s = float(np.median(np.diff(time_s[own])))
     if usual_s < _HELD * float(np.median(np.diff(time_s))):
         return np.ones_like(own)
-    since_s = time_s - time_s[np.maximum.accumulate(np.where(own, np.arange(len(own)), 0))]
+    begin = np.maximum.accumulate(np.where(own, np.arange(len(own)), 0))
+    since_s = time_s - time_s[begin]
+    lasts_s = np.zeros(len(own))
+    np.maximum.at(lasts_s, begin, since_s)
     times_held = np.floor(since_s / (_HELD * usual_s))
-    own[1:] |= times_held[1:] > times_held[:-1]
+    own[1:] |= (times_held[1:] > times_held[:-1]) & (lasts_s[begin[1:]] >= _RESTS * usual_s)
     return own
 
 

@@ -7,7 +7,7 @@ of wheels) to its end, so that no angle and no distance is lost. Gaps stay empty
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from touchline.recordings.logs.foreign_sensors import FIXED, ForeignSensors, RateSeries
 from touchline.recordings.logs.log_table import Floats, LogError
+from touchline.recordings.logs.reversals import Span, reversals, within
 from touchline.schemas.log_mapping import LogMapping
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.differential_drive import DifferentialDrive
@@ -40,6 +41,7 @@ class TickSensors:
         wheels_there: (n,) whether there is a sample.
         heading_rad: (n,) by the magnetometer; NaN where it is left out.
         starts: Why the estimator cannot start; empty if it can.
+        reverses: Stretches in which wheels without a sign are taken to turn backward, log's clock.
     """
 
     begin_s: float
@@ -49,6 +51,7 @@ class TickSensors:
     wheels_there: Flags
     heading_rad: Floats
     starts: str = ""
+    reverses: tuple[Span, ...] = ()
 
     @property
     def ticks(self) -> int:
@@ -83,9 +86,40 @@ def tick_sensors(sensors: ForeignSensors, mapping: LogMapping, vehicle: Vehicle)
         wheels_there[:] = imu_there[:] = True
         imu[:, :3] = np.nan_to_num(imu[:, :3])
     turned = np.cumsum(np.nan_to_num(imu[:, 2])) / TICKS_PER_S if np.isfinite(imu[:, 2]).any() else travelled[:, 1]
+    reverses: tuple[Span, ...] = ()
+    if mapping.wheels is not None and mapping.wheels.unsigned:
+        turn_radps = np.diff(turned, prepend=turned[0]) * TICKS_PER_S
+        reverses = reversals(ends, travelled[:, 0], turn_radps, _fixed(sensors))
+        angles, wheels_there, travelled = _wheels(_signed(sensors, reverses), ends, vehicle)
     ways = np.column_stack([travelled[:, 0], turned])
     heading, starts = _magnetometer(sensors, mapping, ends, angles, ways)
-    return TickSensors(begin_s, imu, imu_there, angles, wheels_there, heading, starts)
+    return TickSensors(begin_s, imu, imu_there, angles, wheels_there, heading, starts, reverses)
+
+
+def _fixed(sensors: ForeignSensors) -> Floats:
+    """Return (k, 4) time [s], east, north and σ [m] of the RTK-fixed positions."""
+    fixes = sensors.fixes
+    if fixes is None:
+        return np.zeros((0, 4))
+    fixed: Floats = np.column_stack([fixes.time_s, fixes.place_m[:, :2], fixes.sigma_m])[fixes.fix == FIXED]
+    return fixed
+
+
+def _signed(sensors: ForeignSensors, reverses: tuple[Span, ...]) -> ForeignSensors:
+    """Return the sensors with wheels that turn backward in some stretches; a turn of their own stays."""
+    joints, travel = sensors.joints, sensors.travel
+    if joints is not None:
+        return replace(sensors, joints=_backward(joints, reverses, 2))
+    return sensors if travel is None else replace(sensors, travel=_backward(travel, reverses, 1))
+
+
+def _backward(series: RateSeries, reverses: tuple[Span, ...], columns: int) -> RateSeries:
+    """Return readings whose first columns have a minus in some stretches."""
+    values = np.diff(series.values, axis=0, prepend=series.values[:1]) if series.cumulative else series.values.copy()
+    values[within(series.time_s, reverses), :columns] *= -1.0
+    if series.cumulative:
+        values = series.values[0] + np.cumsum(values, axis=0)
+    return replace(series, values=values)
 
 
 def _window(sensors: ForeignSensors, mapping: LogMapping) -> tuple[float, float]:
