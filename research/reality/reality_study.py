@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from touchline.checking.reality.emulator_beside import NEAR, Beside, all_beside
+from touchline.checking.reality.emulator_beside import NEAR, EmulatedStatistic, all_beside
 from touchline.checking.reality.log_fit import fit_log
 from touchline.checking.reality.log_statistics import MEANINGS
 from touchline.checking.reality.told import Told
@@ -62,7 +62,7 @@ def not_told(statistics: Mapping[str, Told]) -> str:
     return f"Not told: {'; '.join(parts)}." if parts else ""
 
 
-def row(key: str, found: Beside) -> TargetRow:
+def row(key: str, found: EmulatedStatistic) -> TargetRow:
     """Return the row of a statistic.
 
     Args:

@@ -14,7 +14,7 @@ from touchline.schemas.messages import Event
 _SEEDS = 3
 
 if TYPE_CHECKING:
-    from touchline.checking.reality.emulator_beside import Beside
+    from touchline.checking.reality.emulator_beside import EmulatedStatistic
     from touchline.checking.reality.scenario_fit import ScenarioFit
 
 
@@ -59,14 +59,14 @@ def fit(
             print_event(Event.INFO, f"written: {path}")
 
 
-def _emulated(beside: "Beside | None") -> dict[str, float | bool | None]:
+def _emulated(beside: "EmulatedStatistic | None") -> dict[str, float | bool | None]:
     """Return what JSON has of the emulator."""
     if beside is None:
         return {"emulated": None, "met": None}
     return {"emulated": beside.mean if beside.values else None, "met": beside.met}
 
 
-def off_lines(beside: Mapping[str, "Beside"]) -> list[str]:
+def off_lines(beside: Mapping[str, "EmulatedStatistic"]) -> list[str]:
     """Return a line for each statistic of the log that the emulator does not have."""
     from touchline.checking.reality.log_statistics import MEANINGS
 
@@ -78,7 +78,7 @@ def off_lines(beside: Mapping[str, "Beside"]) -> list[str]:
     return lines
 
 
-def _print(file: Path, found: "ScenarioFit", beside: Mapping[str, "Beside"]) -> None:
+def _print(file: Path, found: "ScenarioFit", beside: Mapping[str, "EmulatedStatistic"]) -> None:
     from touchline.checking.reality.log_statistics import MEANINGS
 
     table = Table("statistic", "log", "emulator", "unit", "why the log does not tell it", title=f"Errors of {file}")

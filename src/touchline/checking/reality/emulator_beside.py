@@ -21,7 +21,7 @@ _LIKELY: Final = 2.0
 _FIRST_SEED: Final = 101
 
 
-class Beside(NamedTuple):
+class EmulatedStatistic(NamedTuple):
     """Statistic of a log beside those of its emulations.
 
     Attributes:
@@ -60,15 +60,15 @@ class Beside(NamedTuple):
         return not self.untold and (abs(self.off) <= NEAR or self.by_chance)
 
 
-def beside(log: float, runs: Sequence[Told]) -> Beside:
+def beside(log: float, runs: Sequence[Told]) -> EmulatedStatistic:
     """Return a statistic of a log beside that of runs of the emulator."""
     untold = next((run.untold for run in runs if run.value is None), "")
-    return Beside(log, tuple(run.value for run in runs if run.value is not None), untold)
+    return EmulatedStatistic(log, tuple(run.value for run in runs if run.value is not None), untold)
 
 
 def all_beside(
     log: LogSamples, fit: ScenarioFit, seeds: int, progress: Callable[[float], None] = lambda done: None
-) -> dict[str, Beside]:
+) -> dict[str, EmulatedStatistic]:
     """Return all statistics that a log tells, beside emulations with seeds that it was not fitted with.
 
     Args:
