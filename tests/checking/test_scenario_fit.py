@@ -11,14 +11,16 @@ from tests.checking.test_log_statistics import VEHICLE, drive
 from tests.command import app
 from touchline.checking.reality import log_statistics as s
 from touchline.checking.reality.emulated_log import emulated
+from touchline.checking.reality.emulator_beside import beside
 from touchline.checking.reality.log_samples import LogSamples
 from touchline.checking.reality.scenario_fit import fit_scenario
 from touchline.checking.reality.told import Told
+from touchline.cli.fit_command import off_lines
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import DriveNoise, GnssNoise, Ground, Scenario
 from touchline.schemas.spec import parse
 from touchline.schemas.truth import Truth
-from touchline_research.reality.reality_study import beside, not_told
+from touchline_research.reality.reality_study import not_told, row
 
 SQUARE = Path(__file__).parents[1] / "sessions" / "0.2.0" / "square.mcap"
 TRUE = Scenario(
@@ -63,15 +65,27 @@ def test_the_command_writes_a_scenario_that_can_be_read(tmp_path):
 
 def test_a_row_is_met_by_15_percent_or_by_chance_and_what_is_not_told_has_none():
     near, far, chance = (
-        beside(s.SIGMA, 0.005, [Told(0.001 * value) for value in values])
+        row(s.SIGMA, beside(0.005, [Told(0.001 * value) for value in values]))
         for values in ((5.4, 5.6), (6.0, 6.1), (4.0, 8.0))
     )
     assert (near.met, far.met, chance.met) == (True, False, True)
     assert chance.cells[-1] == "chance explains it" and near.cells[1:3] == ("5", "5.5")
-    lost = beside(s.SIGMA, 0.005, [Told(0.005), Told(None, "it rests for 9 s at most")])
+    lost = row(s.SIGMA, beside(0.005, [Told(0.005), Told(None, "it rests for 9 s at most")]))
     assert lost.met is False and "rests for 9 s" in lost.cells[-1]
     untold = {s.SIGMA: Told(None, "short"), s.SLIP: Told(0.01), s.AUTOCORRELATION: Told(None, "short")}
     assert not_told(untold) == "Not told: σ of fixes at rest, autocorrelation of fixes at 60 s (short)."
+
+
+def test_fit_says_which_statistics_the_emulator_does_not_have():
+    found = {
+        s.SIGMA: beside(0.005, [Told(0.0054), Told(0.0056)]),
+        s.SLIP: beside(0.01, [Told(0.02), Told(0.021)]),
+        s.BIAS_WALK: beside(0.01, [Told(None, "short"), Told(None, "short")]),
+    }
+    assert [line.partition(": ")[2] for line in off_lines(found)] == [
+        "the emulator with this scenario differs by +105 %",
+        "the emulator with this scenario does not tell it: short",
+    ]
 
 
 def test_the_study_needs_logs_and_they_need_it():

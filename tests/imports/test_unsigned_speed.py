@@ -1,4 +1,4 @@
-"""A log of a robot that reverses and whose speed has no sign: it is told by the course of the fixes, and can be mended."""
+"""Log of a robot that reverses and whose speed has no sign: the course of the fixes tells it, and mends it."""
 
 import math
 
@@ -81,7 +81,7 @@ def test_estimate_says_so_with_the_remedy_and_nothing_is_calibrated_or_fitted(lo
     assert "from 35.0 to 45.0 s the course of the fixes is opposite to the heading" in said
     assert '"unsigned": true' in said
     for tried in (calibrate, fit_log):
-        with pytest.raises(SpecError, match="has a speed without a sign: from 35.0 to 45.0 s"):
+        with pytest.raises(SpecError, match=r"has a speed without a sign: from 35\.0 to 45\.0 s"):
             tried(session, None)
 
 
