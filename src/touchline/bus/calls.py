@@ -47,7 +47,7 @@ _DISCOVERY_S: Final = 1.5
 _TOKEN_S: Final = 0.5
 _ANSWERS: Final = 64
 SILENT: Final = "the service does not run, or hangs"
-"""Why nobody answers who has been there, or was expected: a process that hangs is off the bus after two seconds."""
+"""Reason to give where nobody answers: a process that hangs is off the bus after two seconds."""
 
 
 class CallError(TouchlineError):
