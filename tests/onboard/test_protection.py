@@ -13,6 +13,8 @@ from benchmarks._stops_for_things import NOTHING, post, with_lidar
 from benchmarks.protection import LEFT_OUT, without
 from tests.onboard.rig import chain, reversing, start, trajectory
 from touchline.onboard import Onboard
+from touchline.onboard.control import PurePursuitFollower
+from touchline.onboard.control.follower import BodyTwist
 from touchline.onboard.executive.move_off import MoveOffRules
 from touchline.onboard.perception.hits import Hits
 from touchline.onboard.protection.blind_sector import blind_sector_rad
@@ -285,6 +287,18 @@ def test_a_leg_driven_backward_is_protected():
     drive.until_state(PAUSED)
     drive.until_rest()
     assert 0.06 < drive.x - 0.35 - 0.6 < 0.12
+
+
+@pytest.mark.parametrize("leg", [1, -1], ids=["forward", "backward"])
+def test_against_its_way_it_only_creeps_whatever_the_follower_wants(leg, monkeypatch):
+    drive = Drive(reversing((leg, [(0.0, 6.0)])), vehicle=ruled(mode="protect"))
+    drive.until(lambda drive: leg * drive.x > 3.0)
+    monkeypatch.setattr(PurePursuitFollower, "step", lambda *_: BodyTwist(-0.5 * leg, 0.0))
+    speeds = list[float]()
+    for _ in range(300):
+        drive.ticks(1)
+        speeds.append(leg * drive.run.rig.speed)
+    assert speeds[0] > 0.5 and -0.03 < min(speeds) < 0.0
 
 
 def test_a_silent_lidar_stops_it_until_it_speaks_again():

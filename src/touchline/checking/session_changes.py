@@ -7,12 +7,16 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
+            "Where a robot with a lidar watches its way, a follower that commands it against that way is held to "
+            "a creep of 2 cm/s: the speed was limited by the clearance ahead, and driven backward."
+        ),
+        (
             "A job whose robot stands for good beside something that may move ends though people pass by: each of "
             "them made it count anew, so that it stood without end."
         ),
         (
-            "A rear-steered robot that the MPC steers no longer drives on against a leg's direction: off its heading "
-            "at a cusp it corrected that in the wrong direction, 0.25 m over the boundary in one case."
+            "A rear-steered robot that the MPC steers no longer drives on against a leg's direction: off its "
+            "heading at a cusp it corrected that in the wrong direction, 0.25 m over the boundary in one case."
         ),
         (
             "Patches of an area that a job has left out are cut where they surround covered ground: their "

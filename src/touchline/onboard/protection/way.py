@@ -370,8 +370,19 @@ def measure_zones(computer: Computer, slow_m: Floats) -> float:
 
 
 @kernel
+def _sense(way: WayState) -> float:
+    """Return the sign of the speed at which the robot drives along a way, or of the yaw rate at which it turns."""
+    if way.kind == TURN:
+        return float(way.sense)
+    cos, sin = math.cos(way.heading_rad[1]), math.sin(way.heading_rad[1])
+    return math.copysign(1.0, cos * (way.east_m[2] - way.east_m[1]) + sin * (way.north_m[2] - way.north_m[1]))
+
+
+@kernel
 def hold_to_cap(drive: Any, computer: Computer, actuators: Floats) -> None:
     """Lower commands that are faster than the cap, along the same circle, but never brake harder than a stop does.
+
+    Against the way a robot only creeps: nothing is known of the clearance there.
 
     Args:
         drive: Parameters of the drive.
@@ -381,12 +392,17 @@ def hold_to_cap(drive: Any, computer: Computer, actuators: Floats) -> None:
     c = computer[0]
     way, now = c.way, c.leg.now
     speed, rate = onboard_drive.twist(drive, actuators, now)
-    wanted, moves = (abs(rate) * way.lever_m, abs(now[tracking.YAW_RATE]) * way.lever_m)
+    wanted, moves = (rate * way.lever_m, now[tracking.YAW_RATE] * way.lever_m)
     if way.kind != TURN:
-        wanted, moves = abs(speed), abs(now[tracking.SPEED])
-    most = max(way.cap_mps, moves - way.lead_mps)
-    if wanted > most:
-        share = most / wanted
+        wanted, moves = speed, now[tracking.SPEED]
+    share, sense = 1.0, _sense(way)
+    most = max(way.cap_mps, abs(moves) - way.lead_mps)
+    if way.kind != NOT_LAID and sense * wanted < -CREPT_MPS:
+        braking = abs(moves) - way.lead_mps
+        share = (math.copysign(1.0, sense * moves) * braking if braking > CREPT_MPS else -CREPT_MPS) / (sense * wanted)
+    elif abs(wanted) > most:
+        share = most / abs(wanted)
+    if share < 1.0:
         slower = onboard_drive.actuators_of(drive, speed * share, rate * share, now)
         for i in range(len(actuators)):
             actuators[i] = slower[i]
