@@ -18,8 +18,6 @@ GUIDED_S: Final = 110.0
 """Timeout, wall clock: a robot that was never guided compiles what guiding needs."""
 _LOOK_S: Final = 0.001
 _SILENT: Final = "does not answer"
-_LATER_S: Final = 1.0
-"""Zenoh ends a query this much later than this module, without a message about a silent robot."""
 
 
 class GroupCall:
@@ -42,8 +40,7 @@ class GroupCall:
         """
         self._service, self._deadline_s = service, time.monotonic() + timeout_s
         payload = encode(request)
-        zenoh_s = timeout_s + _LATER_S
-        self._open = {name: bus.ask(service, payload, zenoh_s) for name, bus in buses.items()}
+        self._open = {name: bus.ask(service, payload, timeout_s) for name, bus in buses.items()}
         self.refused: dict[str, str] = {}
 
     @property
