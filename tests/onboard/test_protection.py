@@ -13,13 +13,16 @@ from benchmarks._stops_for_things import NOTHING, post, with_lidar
 from benchmarks.protection import LEFT_OUT, without
 from tests.onboard.rig import chain, reversing, start, trajectory
 from touchline.onboard import Onboard
+from touchline.onboard import tracking_state as tracking
 from touchline.onboard.control import PurePursuitFollower
 from touchline.onboard.control.follower import BodyTwist
+from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.executive.move_off import MoveOffRules
 from touchline.onboard.perception.hits import Hits
 from touchline.onboard.protection.blind_sector import blind_sector_rad
 from touchline.onboard.protection.clearance import clearance
 from touchline.onboard.protection.stopping import latest_at, speed_to_stop_in, stopping_m, stopping_with
+from touchline.onboard.protection.way import hold_to_cap
 from touchline.schemas.messages import PauseStatus, TraversalStatus
 from touchline.schemas.onboard import MoveOffLimits, OnboardConfig
 from touchline.schemas.vehicles import LidarSpec, Protection, Vehicle
@@ -299,6 +302,17 @@ def test_against_its_way_it_only_creeps_whatever_the_follower_wants(leg, monkeyp
         drive.ticks(1)
         speeds.append(leg * drive.run.rig.speed)
     assert speeds[0] > 0.5 and -0.03 < min(speeds) < 0.0
+
+
+@pytest.mark.parametrize(("cap_mps", "left_mps"), [(1.0, 0.02), (0.01, 0.01), (0.0, 0.0)])
+def test_nor_does_it_creep_faster_than_the_cap(cap_mps, left_mps):
+    drive = Drive(LINE, vehicle=ruled(mode="protect"))
+    drive.until(lambda drive: drive.x > 3.0)
+    computer, figures = drive.onboard._state, drive_of(VEHICLE).figures
+    computer.leg.now[tracking.SPEED], computer.way.cap_mps = 0.0, cap_mps
+    actuators = np.full(2, -0.5 / VEHICLE.drive.wheel_radius_m)
+    hold_to_cap(figures, computer.array, actuators)
+    assert -actuators * VEHICLE.drive.wheel_radius_m == pytest.approx(left_mps, abs=1e-3)
 
 
 def test_a_silent_lidar_stops_it_until_it_speaks_again():

@@ -382,7 +382,7 @@ def _sense(way: WayState) -> float:
 def hold_to_cap(drive: Any, computer: Computer, actuators: Floats) -> None:
     """Lower commands that are faster than the cap, along the same circle, but never brake harder than a stop does.
 
-    Against the way a robot only creeps: nothing is known of the clearance there.
+    Against the way a robot only creeps, if it may move at all: nothing is known of the clearance there.
 
     Args:
         drive: Parameters of the drive.
@@ -398,8 +398,8 @@ def hold_to_cap(drive: Any, computer: Computer, actuators: Floats) -> None:
     share, sense = 1.0, _sense(way)
     most = max(way.cap_mps, abs(moves) - way.lead_mps)
     if way.kind != NOT_LAID and sense * wanted < -CREPT_MPS:
-        braking = abs(moves) - way.lead_mps
-        share = (math.copysign(1.0, sense * moves) * braking if braking > CREPT_MPS else -CREPT_MPS) / (sense * wanted)
+        braking, creeps = abs(moves) - way.lead_mps, min(CREPT_MPS, way.cap_mps)
+        share = (math.copysign(braking, sense * moves) if braking > creeps else -creeps) / (sense * wanted)
     elif abs(wanted) > most:
         share = most / abs(wanted)
     if share < 1.0:
