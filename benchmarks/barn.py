@@ -43,10 +43,8 @@ def main(data: str = "", worlds: int = 50, runs: int = 1) -> None:
     for world in sorted(cylinders)[:worlds]:
         for run in range(runs):
             done = _drive(cylinders[world], 1 + world + 1000 * run)
-            contacts = sum(
-                each.contacts.while_moving for each in (*done.outcome.earlier, done.outcome) if each.contacts
-            )
-            took_s = done.figures()["arrival"]["time_s"]["taken"]
+            contacts = 0 if done.contacts is None else done.contacts.while_moving
+            took_s = done.taken_s
             reached = done.true.off_m(done.goal) <= NEAR_M and took_s <= LONGEST_S
             score = best_s[world] / max(took_s, 2.0 * best_s[world]) if reached and not contacts else 0.0
             results.append((reached and not contacts, contacts, score, took_s))

@@ -419,16 +419,22 @@ def _print(stops: list[Stop], wall_s: float) -> None:
 
 
 def _print_ratios(stops: list[Stop]) -> None:
-    """Compare the times to the status where both systems have one."""
-    times = {(stop.number, stop.secured): stop.estopped_s for stop in stops if stop.estopped_s is not None}
-    numbers = [number for number, secured in times if not secured and (number, True) in times]
-    before, after = ([times[number, secured] for number in numbers] for secured in (False, True))
-    if not before:
-        return
-    print(f"status, {len(before)} pairs: open ms, secured ms, ratio and its bootstrap interval of 95 %")
-    for quantile, (ratio, first, last) in zip(_COMPARED, ratios(before, after, _COMPARED), strict=True):
-        one, other = (1e3 * float(np.quantile(side, quantile)) for side in (before, after))
-        print(f"p{100 * quantile:.0f} {one:7.0f} {other:7.0f} {ratio:6.2f} ({first:.2f} to {last:.2f})")
+    """Compare the times to the robot's answer and to its status where both systems have one."""
+    print("pairs: open ms, secured ms, ratio and its bootstrap interval of 95 %")
+    for name, what in (("answer", "answered"), ("status", "estopped")):
+        times = {
+            (stop.number, stop.secured): seconds
+            for stop in stops
+            if (seconds := getattr(stop, f"{what}_s")) is not None
+        }
+        numbers = [number for number, secured in times if not secured and (number, True) in times]
+        if not numbers:
+            continue
+        before, after = ([times[number, secured] for number in numbers] for secured in (False, True))
+        for quantile, (ratio, first, last) in zip(_COMPARED, ratios(before, after, _COMPARED), strict=True):
+            one, other = (1e3 * float(np.quantile(side, quantile)) for side in (before, after))
+            print(f"{name} {len(numbers):5d} p{100 * quantile:.0f}", end="")
+            print(f" {one:7.0f} {other:7.0f} {ratio:6.2f} ({first:.2f} to {last:.2f})")
 
 
 def _spread(values: list[float | None]) -> str:

@@ -18,8 +18,8 @@ from touchline.onboard.control import PurePursuitFollower
 from touchline.onboard.control.follower import BodyTwist
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.executive.move_off import MoveOffRules
+from touchline.onboard.perception.blind_sector import blind_sector_rad
 from touchline.onboard.perception.hits import Hits
-from touchline.onboard.protection.blind_sector import blind_sector_rad
 from touchline.onboard.protection.clearance import clearance
 from touchline.onboard.protection.stopping import latest_at, speed_to_stop_in, stopping_m, stopping_with
 from touchline.onboard.protection.way import hold_to_cap

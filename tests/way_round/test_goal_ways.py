@@ -43,13 +43,19 @@ def going(
 
 def hits(done: GoalDrive) -> int:
     """Contacts of the moving robot."""
-    reports = [each.contacts for each in (*done.outcome.earlier, done.outcome)]
-    return sum(report.while_moving for report in reports if report is not None)
+    return 0 if done.contacts is None else done.contacts.while_moving
 
 
 def is_shut_off(done: GoalDrive) -> bool:
     """True if the reason is that no way exists; it names no place if only a breach would help."""
     return "no way exists" in done.problem or "shut off on all sides" in done.problem
+
+
+def test_who_runs_into_the_robot_is_in_the_report() -> None:
+    done = going({"kind": "dog", "x_m": 3.0, "y_m": 2.0, "motion": {"kind": "intercept"}})
+    contacts = done.figures()["contacts"]
+    assert contacts["each"][0]["thing"].startswith("dog")
+    assert contacts["while_moving"] + contacts["at_rest"] == len(contacts["each"]) and "bumper" in done.problem
 
 
 def test_a_robot_finds_the_gap_in_a_wall() -> None:

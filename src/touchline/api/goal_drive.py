@@ -117,17 +117,16 @@ def goto(
 
 
 def _run(done: GoalDrive) -> GoalRun:
-    report = done.outcome.report
     return GoalRun(
         done.goal,
         not done.problem,
         done.problem or done.outcome.reason,
-        report.total_time_s,
+        done.taken_s,
         done.plan.report.total_time_s,
         done.believed,
         done.true,
         done.true.off_m(done.goal),
         done.true.turned_rad(done.goal),
-        report.session_hash,
+        done.outcome.report.session_hash,
         done.plan.notes,
     )

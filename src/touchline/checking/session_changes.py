@@ -7,6 +7,12 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
+            "A lidar's return near a robot needs two others of the same thing, beside it or in the two scans "
+            "before, if the scan before looked through all the ground that a thing can have come from. Every drop "
+            "of rain near by was a thing: in heavy rain (one false return in a thousand beams) robots stood for "
+            "good, and in drizzle a job took five times as long."
+        ),
+        (
             "Where a robot with a lidar watches its way, a follower that commands it against that way is held to "
             "a creep of 2 cm/s: the speed was limited by the clearance ahead, and driven backward."
         ),

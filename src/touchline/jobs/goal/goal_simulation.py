@@ -6,12 +6,20 @@ from typing import Any, Final
 
 from touchline.jobs.goal.arrival import ReachedPose, arrival_figures, missed
 from touchline.jobs.goal.goal_rerouting import GoalRerouting
-from touchline.jobs.single.reports import estimator_figures, hash_figures, plan_figures, traversal_figures
+from touchline.jobs.single.reports import (
+    all_contacts,
+    contact_figures,
+    estimator_figures,
+    hash_figures,
+    hit_something,
+    plan_figures,
+    traversal_figures,
+)
 from touchline.jobs.single.simulation import GivenDrive, Outcome, Products, carry_out
 from touchline.schemas.digest import goal_scenario_hash
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.known_ground import OPEN_GROUND, KnownGround
-from touchline.schemas.messages import PlanOptions, PoseGoal
+from touchline.schemas.messages import ContactReport, PlanOptions, PoseGoal
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles import ODOMETRY, Vehicle
@@ -48,20 +56,31 @@ class GoalDrive:
         """Return why the drive failed; empty if it succeeded."""
         if not self.outcome.report.success:
             return self.outcome.reason or "the robot did not reach its goal"
-        return missed(self.goal, self.believed, self.true)
+        return missed(self.goal, self.believed, self.true) or hit_something(self.contacts)
+
+    @property
+    def taken_s(self) -> float:
+        """Return the time under way, s."""
+        return self.before_s + self.outcome.report.total_time_s
+
+    @property
+    def contacts(self) -> ContactReport | None:
+        """Return the contacts with things on all ways; None if there were none."""
+        return all_contacts([each.contacts for each in (*self.outcome.earlier, self.outcome)])
 
     def figures(self) -> dict[str, Any]:
         """Return the figures as a JSON object."""
         report = self.outcome.report
-        taken_s = self.before_s + report.total_time_s
         planned_s = self.plan.report.total_time_s
         return {
             "success": not self.problem,
             "reason": self.problem or self.outcome.reason,
-            "arrival": arrival_figures(self.goal, planned_s, taken_s, self.believed, self.true),
+            "arrival": arrival_figures(self.goal, planned_s, self.taken_s, self.believed, self.true),
             "plan": {**plan_figures(self.plan.report), "notes": list(self.plan.notes)},
             "traversal": traversal_figures(report, self.outcome.wall_time_s),
             "estimator": estimator_figures(report),
+            **({"drives": 1 + len(self.outcome.earlier)} if self.outcome.earlier else {}),
+            **contact_figures(self.contacts),
             "recording": self.outcome.recording,
             "hash": hash_figures(self.outcome.scenario_hash, report),
         }

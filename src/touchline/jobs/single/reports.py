@@ -125,13 +125,27 @@ def paint_figures(report: TraversalReport) -> dict[str, Any]:
 
 def failing(report: TraversalReport, area: AreaReport | None = None, contacts: ContactReport | None = None) -> str:
     """Return why a finished traversal is no success; "" if it is one."""
-    if contacts is not None and contacts.while_moving:
-        first = next(each for each in contacts.contacts if each.robot_mps > 0.0)
-        return (
-            f"{contacts.while_moving} contacts while moving, the first with {first.thing} at {first.robot_mps:.2f} m/s"
-        )
     what = "paint" if area is None else "work"
-    return "" if report.paint_accepted else f"the {what} is not accepted: {report.verdict}"
+    return hit_something(contacts) or ("" if report.paint_accepted else f"the {what} is not accepted: {report.verdict}")
+
+
+def hit_something(contacts: ContactReport | None) -> str:
+    """Return the number of contacts while moving, in words with the first; "" without any."""
+    if contacts is None or not contacts.while_moving:
+        return ""
+    first = next(each for each in contacts.contacts if each.robot_mps > 0.0)
+    return f"{contacts.while_moving} contacts while moving, the first with {first.thing} at {first.robot_mps:.2f} m/s"
+
+
+def all_contacts(reports: Sequence[ContactReport | None]) -> ContactReport | None:
+    """Return the contacts of all drives in one report; None if there were none."""
+    found = [report for report in reports if report is not None]
+    if not found:
+        return None
+    contacts = tuple(each for report in found for each in report.contacts)
+    return found[-1].model_copy(
+        update={"contacts": contacts, "while_moving": sum(report.while_moving for report in found)}
+    )
 
 
 def work_report(report: TraversalReport, area: AreaReport | None, plan: PlanReport) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from touchline.jobs.shared.joint_paint import JointPaint, Work, joint_paint
 from touchline.jobs.single.painted_picture import MIN_WIDTH_PT, paint
-from touchline.jobs.single.reports import all_lines_figures, contact_figures, failing
+from touchline.jobs.single.reports import all_contacts, all_lines_figures, contact_figures, hit_something
 from touchline.jobs.way_round.work_done import WorkDone
 from touchline.schemas.messages import ContactReport, Header, LeftOutStretch, PaintMarks, TraversalReport
 from touchline.schemas.plain_text import plain
@@ -161,11 +161,8 @@ def failure(drives: Sequence[EndedDrive], work: WorkDone) -> str:
         drives: Its drives in order.
         work: Work of all of them.
     """
-    last, contacts = drives[-1], _all_contacts([each.contacts for each in drives])
-    reason = ended_early(last.reason)
-    if not reason and contacts is not None:
-        reason = failing(last.report, None, contacts) if contacts.while_moving else ""
-    return reason or work.refusal
+    hit = hit_something(all_contacts([each.contacts for each in drives]))
+    return ended_early(drives[-1].reason) or hit or work.refusal
 
 
 def drives_figures(drives: Sequence[EndedDrive], work: WorkDone, wall_time_s: float) -> dict[str, Any]:
@@ -188,16 +185,5 @@ def drives_figures(drives: Sequence[EndedDrive], work: WorkDone, wall_time_s: fl
         },
         **work.figures(),
         "drives": [each.reason or "done" for each in drives],
-        **contact_figures(_all_contacts([each.contacts for each in drives])),
+        **contact_figures(all_contacts([each.contacts for each in drives])),
     }
-
-
-def _all_contacts(reports: Sequence[ContactReport | None]) -> ContactReport | None:
-    """Return the contacts of all drives in one report; None if there were none."""
-    found = [report for report in reports if report is not None]
-    if not found:
-        return None
-    contacts = tuple(each for report in found for each in report.contacts)
-    return found[-1].model_copy(
-        update={"contacts": contacts, "while_moving": sum(report.while_moving for report in found)}
-    )

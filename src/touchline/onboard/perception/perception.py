@@ -13,13 +13,15 @@ from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.filter_model import EAST, HEADING, NORTH, RING, SPEED, YAW_RATE
 from touchline.onboard.interface import TICK_S, TICKS_PER_S, AuxiliarySample
+from touchline.onboard.perception.blind_sector import blind_sector_rad
 from touchline.onboard.perception.clusters import UNIT, Clusters, form_clusters
 from touchline.onboard.perception.fading_grid import REACH_M, FadingGrid
 from touchline.onboard.perception.hits import NO_POINTS, Hits
 from touchline.onboard.perception.hits_of_scan import gather_hits
 from touchline.onboard.perception.known_outlines import KnownOutlines, Polygon, SeenOutline
+from touchline.onboard.perception.past_scans import PastScans
 from touchline.onboard.perception.scan import Beams, ScanFigures, place_beams
-from touchline.onboard.perception.scan_memory import ScanMemory, confirm
+from touchline.onboard.perception.scan_memory import Rules, ScanMemory, confirm
 from touchline.onboard.perception.tracks import TrackedThing, Tracks
 from touchline.schemas.vehicles import ODOMETRY, Vehicle
 from touchline.schemas.vehicles.lidar_spec import LidarSpec
@@ -37,8 +39,8 @@ _MOST_UNSEEN: Final = 4000
 class _Lidar:
     """A lidar: its figures, and what is kept of its last scans."""
 
-    def __init__(self, spec: LidarSpec) -> None:
-        self.spec, self.figures = spec, ScanFigures.of(spec)
+    def __init__(self, number: int, spec: LidarSpec) -> None:
+        self.number, self.spec, self.figures = number, spec, ScanFigures.of(spec)
         self.beams, self.memory = Beams.of(spec), ScanMemory.of(spec.beams)
         self.clusters, self.points_m = Clusters.of(spec.beams), np.empty((2 * spec.beams + _MOST_UNSEEN, 2))
         self.hits: Hits | None = None
@@ -75,7 +77,10 @@ class Perception:
         Args:
             known: Corners (x, y) of the outlines that the plan knows, map frame [m].
         """
-        self._lidars = {each.name: _Lidar(each) for each in lidars_of(self._vehicle)}
+        specs = lidars_of(self._vehicle)
+        self._lidars = {each.name: _Lidar(number, each) for number, each in enumerate(specs)}
+        self._figures = np.concatenate([each.figures.array for each in self._lidars.values()])
+        self._past, self._all_round = PastScans.of([each.beams for each in specs]), blind_sector_rad(specs) == 0.0
         self._tracks, self.grid = Tracks(), FadingGrid()
         self._named: list[Polygon] = []
         self.known = KnownOutlines(())
@@ -124,14 +129,14 @@ class Perception:
         error_m = self._error_m(estimator, spec, near_m, tick - oldest)
         self._time_s = time_s
         if not (returned or everywhere or lidar.memory.may_miss) and self._tracks.none:
-            lidar.memory.take_nothing()
+            lidar.memory.take_nothing(lidar.number, beams, self._past)
             self.grid.enter(beams, 0.0, time_s, asked=False)
             lidar.hits = Hits(NO_POINTS, oldest, error_m)
             return []
-        cell_m = self._thing_mps * _SCANS_TO_CONFIRM / spec.rate_hz + 0.3
         sigma_m = estimator.position_sigma_m if self._absolute else 0.0
         self.known.explain(beams, 3.0 * math.hypot(sigma_m, spec.sigma_m) + spec.systematic_m, time_s)
-        confirm(figures, beams, near_m, cell_m, self.way_m, lidar.memory)
+        rules = Rules(near_m, self._thing_mps, self._all_round)
+        confirm(self._figures, lidar.number, beams, rules, self.way_m, lidar.memory, self._past)
         x, y = beams.rays[-1, :2].tolist()
         asked = self.known.any_near(x, y, REACH_M)
         self.grid.enter(beams, min(spec.dark_m, spec.max_m), time_s, asked=asked)

@@ -32,7 +32,7 @@ GROUND: Final = 3
 KNOWN: Final = 4
 """Explained by an outline that the plan knows."""
 UNCONFIRMED: Final = 5
-"""Far away, and not seen in one of the two scans before: may be rain."""
+"""Not confirmed by the scans before: may be rain."""
 
 _LEAN_RAD: Final = math.radians(1.0)
 """Uncertainty of the angle between the scanned plane and the ground ahead."""

@@ -16,8 +16,8 @@ from touchline.onboard.computer_state import NEVER_SCANNED, ComputerState
 from touchline.onboard.drives.onboard_drive import OnboardDrive
 from touchline.onboard.estimation.filter_tick import speed_now_mps
 from touchline.onboard.interface import TICK_S, TICKS_PER_S
+from touchline.onboard.perception.blind_sector import blind_sector_rad
 from touchline.onboard.perception.hits import Hits
-from touchline.onboard.protection.blind_sector import blind_sector_rad
 from touchline.onboard.protection.clearance import HitArrays, clearance
 from touchline.onboard.protection.measured_way import HitsInReach, measure_way
 from touchline.onboard.protection.protection_zones import ProtectionZones, zones_of
