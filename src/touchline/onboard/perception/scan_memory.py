@@ -142,7 +142,7 @@ def _others_look_through(
     together: bool,
 ) -> bool:
     """Return whether another lidar looked through all that is near a place, or, `together`, none had it hidden."""
-    now_s = past.time_s[2 * which : 2 * which + 2].max()
+    now_s = max(past.time_s[2 * which], past.time_s[2 * which + 1])
     for other in range(len(lidars)):
         if other == which:
             continue
