@@ -10,7 +10,7 @@ from tests.robot_sim.bus_rig import setup
 from tests.robot_sim.scripted import along_x
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
-from touchline.schemas.errors import SpecError
+from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.messages import ContactReport, LaserScan, Range
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import parse
@@ -159,3 +159,18 @@ def test_faults_of_lidars(fault, finite):
 def test_objects_that_cannot_be_are_refused(given, told):
     with pytest.raises(SpecError, match=told):
         parse(Scenario, json.dumps({"objects": [{"x_m": 1.0, "y_m": 2.0} | given]}), "s.json")
+
+
+@pytest.mark.parametrize(
+    "thing",
+    [
+        {"kind": "machine", "heading_rad": 0.3},
+        {"kind": "post"},
+        {"kind": "person", "motion": {"kind": "wander", "corner": [0, 0], "opposite": [9, 9]}},
+    ],
+)
+def test_a_robot_is_not_put_where_something_hard_stands(thing):
+    grass = {"kind": "grass", "x_m": 0.0, "y_m": 0.0, "radius_m": 3.0}
+    drive = Drive(grass, {"kind": "ball", "x_m": 3.0, "y_m": 1.0}, {"x_m": 0.0, "y_m": 0.0, "name": "it", **thing})
+    with pytest.raises(CommandRefused, match=r'begin at \(0.00, 0.00\), where "it" stands'):
+        drive.go()

@@ -9,6 +9,7 @@ from tests.with_full import with_full
 from touchline.onboard.interface import Command
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.shipped import SHIPPED
 from touchline.services.robot_sim.world.objects import things as t
 from touchline.services.robot_sim.world.world import World
 
@@ -195,4 +196,20 @@ def test_a_push_moves_the_robot_into_nobody_else():
     standing = {"kind": "person", "x_m": -0.35 - 0.25, "y_m": 0.0}
     comer = {"kind": "person", "x_m": 3.0, "y_m": 0.0, "motion": {"kind": "intercept"}}
     contacts, _ = run(world_of(standing, comer), 8.0)
+    assert len(contacts) >= 2 and all(each.robot_mps == 0.0 for each in contacts), contacts
+
+
+@pytest.mark.parametrize("bearing", [0.31, 0.94, 1.41])
+def test_a_light_robot_that_is_pushed_about_for_long_has_driven_into_nobody(bearing):
+    comers = (3.0, bearing, 1.2), (-3.0, bearing + 1.0, 1.5)
+    people = [
+        {
+            "kind": "person",
+            "x_m": r * math.cos(at),
+            "y_m": r * math.sin(at),
+            "motion": {"kind": "intercept", "speed_mps": speed},
+        }
+        for r, at, speed in comers
+    ]
+    contacts, _ = run(world_of(*people, vehicle=SHIPPED["turtlebot2"].vehicle), 12.0)
     assert len(contacts) >= 2 and all(each.robot_mps == 0.0 for each in contacts), contacts

@@ -12,6 +12,7 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
             "of rain near by was a thing: in heavy rain (one false return in a thousand beams) robots stood for "
             "good, and in drizzle a job took five times as long."
         ),
+        ("A contact counts as one in motion no longer if the robot is still pushed by what ran into it."),
         (
             "Where a robot with a lidar watches its way, a follower that commands it against that way is held to "
             "a creep of 2 cm/s: the speed was limited by the clearance ahead, and driven backward."

@@ -321,6 +321,8 @@ def _note(things: Things, point: Floats, inverse: tuple[float, float], centre: t
     pushed = marks[PUSHED] > 0 and tick - marks[PUSHED] < _PUSH_TICKS
     moving = 1 if abs(robot) > STANDING_MPS and (begins or robot > 0.0) and not pushed else 0
     things.touched[thing, 0] = tick
+    if level == 0 and robot < -STANDING_MPS and not begins:
+        marks[PUSHED] = tick  # by what ran into it: away from that it goes on
     if begins:
         things.touched[thing, 2] = tick
         if moving == 0:

@@ -8,7 +8,9 @@ from itertools import pairwise
 from typing import Final, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
+from shapely.affinity import rotate, translate
 
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.schemas.scenario import Scenario
@@ -25,6 +27,8 @@ Corners = Sequence[tuple[float, float]]
 
 OBSTACLE_HEIGHT_M: Final = 1.0
 """Height of a template's obstacles, which say nothing of it."""
+_TOUCHING_M: Final = 0.01
+"""Depth to which a body that is put down may reach into something: it touches."""
 
 _MOTIONS: Final = {
     "still": t.STILL,
@@ -137,6 +141,26 @@ class Surroundings:
         self._trail[:] = pose
         self.things.clear[0] = 0.0
 
+    def overlapped(self, pose: tuple[float, float, float], obstacles: Iterable[Polygon]) -> str:
+        """Return the name of a hard thing that the body would stand in at a pose, "" if there is none.
+
+        Args:
+            pose: East, north and heading, map frame.
+            obstacles: Obstacles of the job's template.
+        """
+        east_m, north_m, heading_rad = pose
+        turned = rotate(shapely.Polygon(self.vehicle.body.footprint_m), heading_rad, (0.0, 0.0), use_radians=True)
+        body = translate(turned, east_m, north_m).buffer(-_TOUCHING_M)
+        shapes, rows = [], iter(self._movers)
+        for name, each in self._named:
+            fixed = _fixed(name, each)
+            row = next(rows) if each.movable_kg else None
+            disc = fixed.disc if row is None else (row[t.EAST], row[t.NORTH], each.disc_m)
+            if not fixed.soft:
+                shapes.append((name, _ground(each.corners, disc)))
+        shapes += [(each.id, shapely.Polygon(each.corners)) for each in obstacles]
+        return next((name for name, shape in shapes if shape.intersects(body)), "")
+
     def new_contacts(self, tick: int) -> list[Contact]:
         """Return the contacts that began in a tick.
 
@@ -180,6 +204,11 @@ class _Fixed(NamedTuple):
 def _fixed(name: str, thing: ScenarioObject) -> _Fixed:
     disc = (thing.x_m, thing.y_m, thing.disc_m) if thing.disc_m else None
     return _Fixed(name, thing.corners, disc, thing.tall_m, thing.dark, thing.yields)
+
+
+def _ground(corners: Corners, disc: tuple[float, float, float] | None) -> shapely.Polygon:
+    """Return the ground that a thing stands on."""
+    return shapely.Polygon(corners) if disc is None else shapely.Point(disc[:2]).buffer(disc[2])
 
 
 def _ccw(corners: Corners) -> list[tuple[float, float]]:
