@@ -11,9 +11,13 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import LinearDirection, PlanOptions, PlanRequest, PoseGoal, WaySearch
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.schemas.vehicles.shipped import SHIPPED
+from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plots.actuator_series import actuator_series
+from touchline.services.planner.poses.g2_path import moving_paths
+from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.request import answer
+from touchline.services.planner.steering.method import CurveEnd
 
 pytestmark = pytest.mark.xdist_group("poses")  # its kernels are compiled in one worker
 
@@ -213,3 +217,11 @@ def test_a_request_with_a_goal_is_answered_over_the_wire():
     assert "give at least" in refused.message
     both = answer(request.model_copy(update={"template_json": "{}"}), WAFFLE)
     assert "has a goal and a template" in both.message
+
+
+def test_a_robot_whose_wheels_are_at_their_limit_is_offered_no_way_by_a_turn_of_kilometres():
+    traveller = Traveller.of(WAFFLE, PlanOptions())
+    at_full_speed = CurveEnd(PathPose(0.0, 0.0, 0.0), 0.0, speed_mps=traveller.limits.transit_speed_mps)
+    offers = moving_paths(at_full_speed, CurveEnd(PathPose(2.0, 1.0, 1.0), 0.0), traveller)
+    assert len(offers) > 1
+    assert max(path.length_m for path in offers) < 50.0

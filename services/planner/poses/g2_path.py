@@ -3,7 +3,7 @@
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.poses.dubins_paths import with_heading
 from touchline.services.planner.poses.pose_method import PosePath
-from touchline.services.planner.poses.traveller import TURN_SHARES, Traveller
+from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.transitions.transitions import REVERSING, SPINNING, TransitionFamily, Turns
@@ -30,8 +30,7 @@ def paths_by_g2(start: PathPose, goal: PathPose, traveller: Traveller) -> list[P
 
 def moving_paths(start: CurveEnd, goal: CurveEnd, traveller: Traveller) -> list[PiecePath]:
     """Paths from amid one drive to amid another, with turns for several shares of the transit speed, quickest first."""
-    limits, able = traveller.limits, {REVERSING: traveller.can_reverse, SPINNING: traveller.can_spin}
-    offers = {limits.turn_at(speed): speed for speed in (share * limits.transit_speed_mps for share in TURN_SHARES)}
-    turns = tuple(Turns(speed, *turn, Steering(*turn)) for turn, speed in offers.items() if turn[0] > 0.0)
-    family = TransitionFamily(limits, turns, frozenset(skill for skill, can in able.items() if can))
+    able = {REVERSING: traveller.can_reverse, SPINNING: traveller.can_spin}
+    turns = tuple(Turns(speed, *turn, Steering(*turn)) for turn, speed in traveller.turns.items())
+    family = TransitionFamily(traveller.limits, turns, frozenset(skill for skill, can in able.items() if can))
     return [transition.path for transition in family.between(start, goal)]

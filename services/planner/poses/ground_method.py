@@ -17,7 +17,7 @@ from touchline.services.planner.poses.g2_path import G2Path, paths_by_g2
 from touchline.services.planner.poses.joined_ways import joining_paths
 from touchline.services.planner.poses.pose_method import PoseMethod, PosePath, heading_note
 from touchline.services.planner.poses.rest_to_rest import rest_to_rest_s
-from touchline.services.planner.poses.traveller import TURN_SHARES, Traveller
+from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.turns import ContinuousTurn
 
@@ -85,16 +85,14 @@ def _heading_note(path: PiecePath, goal: PathPose) -> str:
 
 
 def _round_obstacles(start: PathPose, goal: PathPose, traveller: Traveller, ways: GroundWays) -> PiecePath:
-    limits = traveller.limits
     if traveller.can_spin:
-        speeds = (share * limits.transit_speed_mps for share in sorted(TURN_SHARES, reverse=True))
-        turns = [ContinuousTurn(*turn) for turn in map(limits.turn_at, speeds) if turn[0] > 0.0]
+        turns = [ContinuousTurn(*turn) for turn in reversed(traveller.turns)]
         offers = [rounded(ways.legs(start, goal), turns, ways.body)]
         roomy = ways.roomy_legs(start, goal)
         if roomy is not None:
             offers.append(rounded(roomy, turns, ways.body))
         return min(offers, key=lambda path: rest_to_rest_s(path.pieces, traveller))
-    aimed, _ = with_heading(start, goal, limits.curvature_max_1pm)
+    aimed, _ = with_heading(start, goal, traveller.limits.curvature_max_1pm)
     found = curve_way(start, aimed, traveller, ways.body, lambda a, b: paths_by_g2(a, b, traveller))
     if found is None:
         ways.refuse_unreachable(start, goal)

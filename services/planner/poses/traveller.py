@@ -9,6 +9,8 @@ from touchline.services.planner.limits import SHARPNESS_RANGE_1PM2, Limits
 
 # Speeds of turns as fractions of the transit speed.
 TURN_SHARES = (0.3, 0.45, 0.6, 0.8, 1.0)
+# A turn that is wider is none (1/m): at full speed no wheel can be faster than the other, but for rounding.
+LEAST_CURVATURE_1PM = 0.01
 
 
 @dataclass(frozen=True)
@@ -43,3 +45,10 @@ class Traveller:
         arcs = options.kappa_max_1pm or min(drive.default_kappa_max_1pm, limits.curvature_max_1pm)
         free = not options.forward_only
         return cls(limits, arcs, drive.can_reverse and free, drive.can_spin and free)
+
+    @property
+    def turns(self) -> dict[tuple[float, float], float]:
+        """Maximum curvature (1/m) and sharpness (1/m²) of turns, each with its speed (m/s), the slowest first."""
+        speeds = [share * self.limits.transit_speed_mps for share in TURN_SHARES]
+        turns = {self.limits.turn_at(speed): speed for speed in speeds}
+        return {turn: speed for turn, speed in turns.items() if turn[0] >= LEAST_CURVATURE_1PM}
