@@ -7,6 +7,11 @@ from touchline.recordings.code_identity import own_version
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
     "0.2.0": (
         (
+            "The estimator of a rear-steered robot no longer learns where its antenna is to the left: in bends to "
+            "one side the slip of wheel and drum looked like an antenna up to 5 cm farther out, and the roller drove "
+            "2 cm beside its path."
+        ),
+        (
             "Where a robot with a lidar watches its way, a follower that commands it against that way is held to "
             "a creep of 2 cm/s: the speed was limited by the clearance ahead, and driven backward."
         ),

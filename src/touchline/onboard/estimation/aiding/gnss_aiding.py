@@ -260,5 +260,5 @@ def use_position(at: TickEstimate, fix: FixInTick, c: FilterFigures, scratch: Sc
     if fix.strayed_m > 0.0:
         add_stray(P, fix)
     weighed: float = weighed_variance(P, h, y, fix.variance_m2, c.fix_dof)
-    apply_two(x, P, h, y, weighed, g, STATES)
+    apply_two(x, P, h, y, weighed, g, STATES, c.considered)
     return weighed
