@@ -131,7 +131,7 @@ def use_encoders(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, sc
 def _use_odometry(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, scratch: Scratch) -> None:
     """Update with the drive's odometry, behind one gate for both of its numbers."""
     x, P, z = at
-    h, g = scratch
+    h, _ = scratch
     for k in range(STATES):
         h[0, k], h[1, k] = 0.0, 0.0
     y0, y1, r = onboard_drive.odometry(drive, x, z, h)
@@ -158,4 +158,4 @@ def _use_odometry(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, s
         if n.encoders_rejected_run < _REJECTED_RUN_LIMIT:
             return
         r *= _PATIENCE
-    apply_two(x, P, h, y, r, g, VARYING, STATES)
+    apply_two(x, P, scratch, y, r, VARYING, STATES)
