@@ -7,9 +7,25 @@ import numpy as np
 import pytest
 from scipy.special import chdtri
 
-from benchmarks.roller import REST_FROM, REST_TICKS, drive, go_on, lane, nees_of, stop, wander
+from benchmarks.roller import (
+    CLAY,
+    REST_FROM,
+    REST_TICKS,
+    VEHICLE,
+    EmulatedRoller,
+    Run,
+    drive,
+    go_on,
+    lane,
+    nees_of,
+    speed_mps,
+    stop,
+    wander,
+)
 from tests.with_full import with_full
 from touchline.onboard import filter_model as m
+from touchline.onboard.estimation.filter import Estimator
+from touchline.schemas.onboard import OnboardConfig
 
 pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
 
@@ -38,3 +54,14 @@ def test_a_minute_at_rest_with_the_steering_turned_changes_nothing() -> None:
     assert run.estimator.wheels_stand
     assert run.nees < WITHIN
     assert run.estimator.state[: m.SPEED] == pytest.approx(before, abs=0.01)
+
+
+def bends_to_one_side(tick: int) -> tuple[float, float]:
+    """Straights and half turns, as on a pan that is covered from the outside inward."""
+    return speed_mps(tick), 0.48 if tick % 2000 > 1000 else 0.0
+
+
+def test_slip_in_bends_is_not_taken_for_an_antenna_that_is_elsewhere() -> None:
+    run = Run(EmulatedRoller(CLAY, 2, VEHICLE), Estimator(VEHICLE, OnboardConfig()))
+    go_on(run, bends_to_one_side, 1, 15_000)
+    assert run.nees < WITHIN

@@ -14,6 +14,11 @@ SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {
         ),
         ("A contact counts as one in motion no longer if the robot is still pushed by what ran into it."),
         (
+            "The estimator of a rear-steered robot no longer learns where its antenna is to the left: in bends to "
+            "one side the slip of wheel and drum looked like an antenna up to 5 cm farther out, and the roller "
+            "drove 2 cm beside its path."
+        ),
+        (
             "Where a robot with a lidar watches its way, a follower that commands it against that way is held to "
             "a creep of 2 cm/s: the speed was limited by the clearance ahead, and driven backward."
         ),

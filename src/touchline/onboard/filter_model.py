@@ -241,6 +241,8 @@ class FilterFigures(Record):
     """Time of a fix's measurement less its stamp."""
     constant_var: Annotated[Floats, 4]
     """Variances at the start of what the files say of the constants, in the order of the states."""
+    considered: int = STATES
+    """Constant that fixes do not teach; `STATES`: none."""
     crab_var: float
     """Variance of the angle between heading and course beyond the known side slip; that is considered only."""
     q_constant: Annotated[Floats, 4]

@@ -57,6 +57,8 @@ class OnboardDrive(ABC):
         disobeyed: For people: what is wrong if an actuator does not follow its command.
         side_slip_rad_per_mps2: Side slip angle per lateral acceleration.
         lasting_errors: Models of the two errors of odometry; None: the error is a slip, which comes and goes.
+        slip_hides_arm: True if slip in bends looks like an antenna farther to one side, as the robot cannot turn on
+            the spot: fixes do not teach where it is to the left.
         move_scale: Change of a command in a second that costs as much as a small error: of each, or one number for all;
             see `mpc`.
         one_way: (actuators,) True for one whose direction is the robot's: on a leg forward it never turns backward, as
@@ -78,6 +80,7 @@ class OnboardDrive(ABC):
     disobeyed: tuple[str, ...]
     side_slip_rad_per_mps2: float
     lasting_errors: tuple[LastingError | None, LastingError | None] = (None, None)
+    slip_hides_arm: bool = False
     move_scale: float | tuple[float, ...] = 8.0
     one_way: bool | tuple[bool, ...] = False
     horizon_ticks: tuple[int, ...] = (1, 2, 3, 4, 5, 5, 6, 8, 10, 12, 14, 16)

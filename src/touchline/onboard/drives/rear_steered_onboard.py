@@ -202,7 +202,7 @@ class OnboardRearSteered(OnboardDrive):
         self.side_slip_rad_per_mps2 = drive.side_slip_rad_per_mps2
         self.lasting_errors = (None, LastingError(max(drive.steering_offset_rad, 1e-4), _OFFSET_TAU_S))
         self.move_scale, self.aim, self.horizon_ticks = (8.0, _STEERING_MOVE_RAD), _AIM, _HORIZON_TICKS
-        self.one_way = (True, False)
+        self.one_way, self.slip_hides_arm = (True, False), True
         lags_s = np.maximum([drive.drum_time_constant_s, drive.steering_time_constant_s], TICK_S)
         rates = np.array([drive.max_drum_acceleration_radps2, drive.steering_rate_limit_radps])
         self.limit = np.array([drive.max_drum_speed_radps, drive.steering_stop_rad])

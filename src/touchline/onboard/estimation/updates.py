@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.jit import borrowing, kernel
+from touchline.onboard.estimation.tick_estimate import Scratch
 from touchline.onboard.filter_model import GATE_1_DOF, STATES, UPDATE_VALUE, UPDATE_VARIANCE, VARYING
 
 Floats = NDArray[np.float64]
@@ -122,23 +123,34 @@ def whitened(P: Floats, h: Floats, y: tuple[float, float], r: float) -> tuple[fl
 
 
 @kernel
-def apply_two(x: Floats, P: Floats, h: Floats, y: tuple[float, float], r: float, g: Floats, taught: int) -> None:
+def apply_two(
+    x: Floats, P: Floats, scratch: Scratch, y: tuple[float, float], r: float, taught: int, considered: int
+) -> None:
     """Update with two numbers that are measured at once, one by one: the first update corrects the second innovation.
 
     Args:
         x: (STATES,) state, updated.
         P: (STATES, STATES) its covariance, updated.
-        h: (2, STATES) rows of the measurement.
+        scratch: Rows of the measurement, and memory that is overwritten.
         y: Innovations of the first and the second.
         r: Variance of each.
-        g: (STATES,) overwritten.
         taught: Number of states that are taught, as in `apply`.
+        considered: One of these that is considered instead; `STATES`: none.
     """
+    h, g = scratch
     y0, y1 = y
+    value, variance = 0.0, 0.0
+    if considered < taught:
+        value, variance = x[considered], P[considered, considered]
     moved = apply(x, P, h[0], y0, r, g, taught)
     for i in range(taught):
-        y1 -= h[1, i] * g[i] * moved
+        if i != considered:
+            y1 -= h[1, i] * g[i] * moved
+    if considered < taught:
+        P[considered, considered] = variance
     apply(x, P, h[1], y1, r, g, taught)
+    if considered < taught:
+        x[considered], P[considered, considered] = value, variance
 
 
 @kernel

@@ -18,6 +18,7 @@ from touchline.onboard.estimation.gauss_markov import bridging_term
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
 from touchline.onboard.estimation.updates import apply, apply_two, nis_of_two
 from touchline.onboard.filter_model import (
+    ANTENNA_Y,
     GATE_2_DOF,
     RING,
     SPEED,
@@ -53,6 +54,8 @@ def encoder_figures(c: FilterFigures, config: OnboardConfig, drive: OnboardDrive
         fix_rate_hz: Rate of the fixes by which the mean slip is learned.
     """
     sheet = config.drive
+    if drive.slip_hides_arm:
+        c.considered = ANTENNA_Y
     fast = max(sheet.slip_relative, _SLIP_FLOOR) ** 2
     for i, lasting in enumerate(drive.lasting_errors):
         if lasting is None:
@@ -128,7 +131,7 @@ def use_encoders(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, sc
 def _use_odometry(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, scratch: Scratch) -> None:
     """Update with the drive's odometry, behind one gate for both of its numbers."""
     x, P, z = at
-    h, g = scratch
+    h, _ = scratch
     for k in range(STATES):
         h[0, k], h[1, k] = 0.0, 0.0
     y0, y1, r = onboard_drive.odometry(drive, x, z, h)
@@ -155,4 +158,4 @@ def _use_odometry(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, s
         if n.encoders_rejected_run < _REJECTED_RUN_LIMIT:
             return
         r *= _PATIENCE
-    apply_two(x, P, h, y, r, g, VARYING)
+    apply_two(x, P, scratch, y, r, VARYING, STATES)

@@ -255,10 +255,10 @@ def use_position(at: TickEstimate, fix: FixInTick, c: FilterFigures, scratch: Sc
         Variance with which the fix was weighed [m²], of `tail.weighed_variance`.
     """
     x, P, _ = at
-    h, g = scratch
+    h, _ = scratch
     y = fix_rows(at, fix, c, h)
     if fix.strayed_m > 0.0:
         add_stray(P, fix)
     weighed: float = weighed_variance(P, h, y, fix.variance_m2, c.fix_dof)
-    apply_two(x, P, h, y, weighed, g, STATES)
+    apply_two(x, P, scratch, y, weighed, STATES, c.considered)
     return weighed
