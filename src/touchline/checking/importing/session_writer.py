@@ -26,6 +26,8 @@ from touchline.services.robot_sim.sensors.gnss_truth import GnssReport
 
 IMPORTED: Final = "touchline_imported"
 """Name of the metadata record with a session's sources."""
+MISFITS: Final = "misfits"
+"""Name of its value with fields of the mapping that do not fit the log, a line each."""
 _FIELD_T: Final = 2e-5
 _CLOCK_TICKS: Final = 10
 _SLICE_TICKS: Final = 1000
