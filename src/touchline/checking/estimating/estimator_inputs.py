@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.checking.importing.session_writer import IMPORTED, MISFITS
-from touchline.checking.recorded_session import TICK_NS, tick_of
+from touchline.checking.importing.session_writer import IMPORTED, MISFITS, NO_START
+from touchline.checking.recorded_session import TICK_NS, NotRebuilt, tick_of
 from touchline.checking.sensor_frames import SENSED, sensor_frames
 from touchline.core.geodesy import local_frame, to_local
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
@@ -79,8 +79,8 @@ class EstimatorInputs:
                 self._references[topic.name].append(message)
             elif topic == topics.ORDERS:
                 self._take_order(message)
-        noted = reader.summary.metadata.get(IMPORTED, {}).get(MISFITS, "")
-        self.misfits = tuple(noted.splitlines())
+        imported = reader.summary.metadata.get(IMPORTED, {})
+        self.misfits, self._no_start = tuple(imported.get(MISFITS, "").splitlines()), imported.get(NO_START, "")
         self.begun = noted_wall_time(reader.summary.metadata, BEGUN)
         if reader.summary.problem:
             self.remarks.append(f"as far as the recording goes: {reader.summary.problem}")
@@ -107,8 +107,10 @@ class EstimatorInputs:
         """Sensor frames of its computer.
 
         Raises:
-            NotRebuilt: They cannot be made of the recording.
+            NotRebuilt: They cannot be made of the recording, or the estimator cannot start on them.
         """
+        if self._no_start:
+            raise NotRebuilt(f"the estimator cannot start on this session: {self._no_start}")
         tables = {name: MessageTable.of(messages) for name, messages in self._sensors.items()}
         return sensor_frames(self.setup, tables, self.last_tick)
 
@@ -166,16 +168,19 @@ class EstimatorInputs:
         return reversals(ticks / TICKS_PER_S, wheels_m.mean(axis=1), turn_radps, fixed)
 
     def require_fit(self) -> None:
-        """Refuse a log that its mapping does not fit, and wheels that have no sign.
+        """Refuse a log that its mapping does not fit, or that the estimator cannot start on, and wheels without a sign.
 
         Raises:
             NotRebuilt: There are no sensor frames.
-            SpecError: They have none, or it does not.
+            SpecError: One of that is so.
         """
         if self.misfits:
             raise SpecError(
                 "the recording", "", does_not_fit(self.misfits), "mend the mapping, and import the log anew"
             )
+        if self._no_start:
+            problem = f"gives the estimator no start: {self._no_start}"
+            raise SpecError("the recording", "", problem, "mend the mapping and import the log anew, or give another")
         if self.reversals:
             raise SpecError(
                 "the recording", "", against_the_wheels(self.reversals, self.last_tick / TICKS_PER_S), UNSIGNED

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from touchline.checking.importing.limited_reader import read_limited
-from touchline.checking.importing.session_writer import MISFITS, write_session
+from touchline.checking.importing.session_writer import MISFITS, NO_START, write_session
 from touchline.recordings.logs.foreign_sensors import FIXED, ForeignSensors, sensors_of
 from touchline.recordings.logs.misfits import does_not_fit, misfits
 from touchline.recordings.logs.reversals import in_words
@@ -102,6 +102,7 @@ def import_logs(
         "begins_at_s": repr(at_ticks.begin_s),
         "mapping": mapping.model_dump_json(exclude_defaults=True),
         MISFITS: "\n".join(misfitting),
+        NO_START: "" if odometry_alone else at_ticks.starts,
     }
     latency_s = mapping.fixes.latency_s if mapping.fixes is not None else 0.0
     report = write_session(
