@@ -24,6 +24,7 @@ _TURNS_SHARE: Final = 0.2
 _LEAST_TURN_RAD: Final = 0.003
 _WINDOW_CHORDS: Final = 16
 _LEAST_BENDS: Final = 6
+_MOST_BENDS: Final = 300
 _BENDS: Final = 0.85
 """Concentration of the courses of a window's chords below which it is a bend."""
 _FITS: Final = 0.75
@@ -178,7 +179,7 @@ class _Course:
     def __init__(self, fixes: FixSeries | None, ends_s: Floats, step_m: Floats) -> None:
         self._ends_s, self.driven, self.length_m = ends_s, math.nan, 0.0
         self._middle_s = self._course = np.zeros(0)
-        self._bends: NDArray[np.bool_] = np.zeros(0, dtype=bool)
+        self._bends = np.zeros(0, dtype=np.int64)
         if fixes is None:
             return
         there = (fixes.fix > 0) & (fixes.time_s >= ends_s[0]) & (fixes.time_s <= ends_s[-1])
@@ -204,11 +205,12 @@ class _Course:
             self.driven = 0.0
         course = np.where(driven_m < 0.0, course + math.pi, course)
         self._middle_s, self._course = (0.5 * (at_s[1:] + at_s[:-1]))[moving], course[moving]
-        self._bends = np.abs(np.exp(1j * _windows(self._course)).mean(axis=1)) < _BENDS
+        bends = np.flatnonzero(np.abs(np.exp(1j * _windows(self._course)).mean(axis=1)) < _BENDS)
+        self._bends = bends[:: 1 + len(bends) // _MOST_BENDS]
 
     def turned(self, step_rad: Floats) -> float:
         """Return by which factor the steps of a turn exceed the turns of the course; 1 if by about nothing."""
-        if self._bends.sum() < _LEAST_BENDS:
+        if len(self._bends) < _LEAST_BENDS:
             return math.nan
         between = _between(self._ends_s, step_rad, self._middle_s)
         turns = _windows(np.concatenate(([0.0], np.cumsum(np.nan_to_num(between)))))[self._bends]
