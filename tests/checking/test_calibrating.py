@@ -172,7 +172,21 @@ def test_an_estimate_that_claims_too_much_is_told_and_claims_more(inputs):
     assert over[True] < 0.7 * over[False]
 
 
+def test_no_stretch_with_fixes_speaks_for_a_noise():
+    assert lasts(np.zeros(2000)) is False
+
+
+def test_fixes_that_are_not_rtk_tell_no_constants(inputs):
+    fixes = inputs.frames.fixes.copy()
+    fixes["fix"] = 2
+    inputs.frames = inputs.frames._replace(fixes=fixes)
+    with pytest.raises(SpecError, match="has 0 RTK-fixed positions among"):
+        fit_constants(inputs, inputs.setup, c.CONSTANTS)
+
+
 def test_a_short_recording_is_refused(inputs):
     inputs.frames = inputs.frames._replace(fixes=inputs.frames.fixes[:100])
-    with pytest.raises(SpecError, match="has 100 fixes; record a drive with at least 150"):
+    with pytest.raises(
+        SpecError, match="has 100 RTK-fixed positions among 100 fixes; record a drive with at least 150"
+    ):
         fit_constants(inputs, inputs.setup, c.CONSTANTS)

@@ -107,7 +107,7 @@ def test_a_receiver_alone_becomes_a_session_and_its_difficulties_are_told(bag, t
     if bag.suffix == ".bag":  # what is imported is the same
         figures = estimate_figures(run_estimator(out), FrameFit.NONE)
         assert len(figures["verdict"]) == 1
-        assert "not recorded" in figures["verdict"][0]
+        assert "the log has no wheels" in figures["verdict"][0]
 
 
 def test_a_stream_of_words_has_nothing_for_a_sensor(tmp_path):

@@ -5,12 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from touchline.checking.calibrating.drive_calibration import calibrate
 from touchline.checking.check_session import check_recording
 from touchline.checking.estimating.estimate_figures import estimate_figures
 from touchline.checking.estimating.estimator_run import EstimatorRun, run_estimator
 from touchline.checking.estimating.receiver_figures import receiver_figures
 from touchline.checking.estimating.reference_frame import FrameFit
 from touchline.checking.importing.import_logs import import_logs
+from touchline.checking.reality.log_fit import fit_log
 from touchline.schemas.errors import SpecError
 from touchline.schemas.log_mapping import LogMapping
 from touchline.schemas.setup import Setup
@@ -130,9 +132,18 @@ def test_wheels_and_fixes_alone_are_estimated(logs, tmp_path):
     assert figures["error"]["p95_m"] < 0.03
 
 
-def test_a_log_whose_first_heading_is_unknown_says_where_to_look(logs, tmp_path):
+def test_a_log_without_a_start_says_why(logs, tmp_path):
     out = tmp_path / "session.mcap"
     done = import_logs(logs, LogMapping.model_validate({**MAPPING, "heading": {"course_m": 500.0}}), out)
     assert "by its wheels the robot never gets 500 m away" in done.remarks[0]
     (problem,) = estimate_figures(run_estimator(out), FrameFit.SHIFT)["verdict"]
-    assert problem.endswith("`touchline import` says why")
+    assert "by its wheels the robot never gets 500 m away" in problem
+
+
+def test_a_log_without_rtk_is_not_calibrated_for_that_reason(logs, tmp_path):
+    out = tmp_path / "session.mcap"
+    fixes = {**MAPPING["fixes"], "taken_as": "float"}
+    import_logs(logs, LogMapping.model_validate({**MAPPING, "fixes": fixes}), out)
+    for tried in (calibrate, fit_log):
+        with pytest.raises(SpecError, match="no start: none of the fixes is RTK-fixed"):
+            tried(out, None)

@@ -79,8 +79,7 @@ def sensor_frames(setup: Setup, came: OfTopic, last_tick: int, initial: InitialS
     ):
         messages = came.get(topic.name)
         if messages is None:
-            why = "; of an imported log: `touchline import` says why" if topic == topics.MAGNETIC_FIELD else ""
-            raise NotRebuilt(f"{topic.name} was not recorded, and nothing can be run without it{why}")
+            raise NotRebuilt(f"{topic.name} was not recorded, and nothing can be run without it")
         values = np.hstack(_numbers(layout, messages, places))
         # The newest that has arrived by each tick; before the first one what had arrived before, or rest.
         newest = np.searchsorted(messages.log_time_ns // TICK_NS, ticks, side="right") - 1

@@ -10,7 +10,7 @@ IEEE Trans. Automatic Control 14(4), 1969).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from touchline.checking.calibrating.robot_constants import Constant, changed, with_sigmas
 from touchline.checking.estimating.estimator_inputs import EstimatorInputs
 from touchline.checking.estimating.estimator_run import EstimatorRun, rerun
+from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
 from touchline.onboard.estimation.frame_series import FrameSeries
 from touchline.onboard.filter_model import FIX_DOF
 from touchline.schemas.errors import SpecError
@@ -26,7 +27,7 @@ from touchline.schemas.setup import Setup
 Floats = NDArray[np.float64]
 
 LEAST_FIXES: Final = 150
-"""Fewest fixes from which constants can be told."""
+"""Fewest RTK-fixed positions from which constants can be told."""
 _DELAY_TICKS: Final = 25
 _TRUST: Final = (10.0, 5.0, 2.0)
 """Factors on the receiver's σ in the first rounds, so that wrong constants do not have fixes rejected."""
@@ -71,7 +72,7 @@ def fit_constants(
 
     Raises:
         NotRebuilt: The recording has no sensor frames.
-        SpecError: It has too few fixes.
+        SpecError: It has too few RTK-fixed positions.
     """
     runs = _Runs(inputs, setup, constants)
     start = np.array([constant.start_sigma for constant in constants])
@@ -112,9 +113,10 @@ class _Runs:
         certain = with_sigmas(setup, dict.fromkeys(constants, 0.0))  # the filter is to leave them as they are
         self._inputs, self._setup, self._constants = inputs, certain, constants
         self._frames = _delayed(inputs.frames)
-        fixes = len(self._frames.fixes)
-        if fixes < LEAST_FIXES:
-            raise SpecError("the recording", "", f"has {fixes} fixes", f"record a drive with at least {LEAST_FIXES}")
+        fixed = int((cast("NDArray[Any]", self._frames.fixes)["fix"] == FIX_FIXED).sum())
+        if fixed < LEAST_FIXES:
+            problem = f"has {fixed} RTK-fixed positions among {len(self._frames.fixes)} fixes"
+            raise SpecError("the recording", "", problem, f"record a drive with at least {LEAST_FIXES}")
 
     def run(self, changes: Floats, trust: float) -> EstimatorRun:
         """Run the estimator with (k,) changed constants and a receiver whose σ is `trust` times that of its sheet."""

@@ -184,11 +184,12 @@ def calibrate(path: Path, robot: str | None, progress: Callable[[float], None] =
 
     Raises:
         RecordingError: The recording cannot be read.
-        SpecError: It has no session of that robot, too few fixes, or wheels without a sign.
+        SpecError: It has no session of that robot, too few fixes, wheels without a sign, or a mapping that does not
+            fit.
         NotRebuilt: It has no sensor frames.
     """
     inputs = EstimatorInputs(path, robot)
-    inputs.require_signs()
+    inputs.require_fit()
     constants = constants_of(inputs.setup)
     fit = fit_constants(inputs, inputs.setup, constants, lambda done: progress(0.5 * done))
     certain = with_sigmas(inputs.setup, dict.fromkeys(constants, 0.0))

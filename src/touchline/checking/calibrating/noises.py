@@ -130,7 +130,8 @@ def lasts(gains: NDArray[np.float64]) -> bool:
     """
     starts = np.arange(0, len(gains), _STRETCH_TICKS)
     by_stretch = np.add.reduceat(gains, starts)
-    return bool(np.median(by_stretch[np.logical_or.reduceat(gains != 0.0, starts)]) > 0.0)
+    spoken = by_stretch[np.logical_or.reduceat(gains != 0.0, starts)]
+    return len(spoken) > 0 and bool(np.median(spoken) > 0.0)
 
 
 def best_noise(inputs: EstimatorInputs, setup: Setup, frames: FrameSeries) -> NoiseFit:

@@ -16,6 +16,7 @@ from touchline.onboard.estimation.consistency_monitor import compared_innovation
 from touchline.onboard.estimation.filter import AcceptedJump
 from touchline.onboard.estimation.tail import OUTLYING
 from touchline.onboard.filter_model import FIX_DOF
+from touchline.recordings.logs.misfits import does_not_fit
 from touchline.recordings.logs.reversals import UNSIGNED, against_the_wheels
 from touchline.schemas.vehicles import ODOMETRY
 
@@ -143,6 +144,8 @@ def error_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any] | No
 
 def verdict(run: EstimatorRun) -> list[str]:
     """Return violations of the estimator's assumptions, a line each."""
+    if run.misfits:  # all else follows from that
+        return [does_not_fit([each]) for each in run.misfits]
     if run.problem:
         return [run.problem]
     if not run.starts_s:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.checking.recorded_session import TICK_NS, tick_of
+from touchline.checking.importing.session_writer import IMPORTED, MISFITS, NO_START
+from touchline.checking.recorded_session import TICK_NS, NotRebuilt, tick_of
 from touchline.checking.sensor_frames import SENSED, sensor_frames
 from touchline.core.geodesy import local_frame, to_local
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
@@ -17,6 +18,7 @@ from touchline.onboard.estimation.frame_series import FrameSeries
 from touchline.onboard.interface import ANGLES, GYRO, TICKS_PER_S
 from touchline.recordings.channels import namespace_at, robots_among, topic_at
 from touchline.recordings.former_types import presented
+from touchline.recordings.logs.misfits import does_not_fit
 from touchline.recordings.logs.reversals import UNSIGNED, Span, against_the_wheels, reversals
 from touchline.recordings.message_table import MessageTable
 from touchline.recordings.reader import RecordingReader
@@ -48,6 +50,7 @@ class EstimatorInputs:
         last_tick: Last tick with a sensor's message.
         orders: Names and details of the orders that the robot was given, by tick.
         remarks: What could not be read.
+        misfits: Fields of the mapping that do not fit the log, by its import.
         begun: Wall time at which the recording was begun; None if it is not noted.
 
     Raises:
@@ -76,6 +79,8 @@ class EstimatorInputs:
                 self._references[topic.name].append(message)
             elif topic == topics.ORDERS:
                 self._take_order(message)
+        imported = reader.summary.metadata.get(IMPORTED, {})
+        self.misfits, self._no_start = tuple(imported.get(MISFITS, "").splitlines()), imported.get(NO_START, "")
         self.begun = noted_wall_time(reader.summary.metadata, BEGUN)
         if reader.summary.problem:
             self.remarks.append(f"as far as the recording goes: {reader.summary.problem}")
@@ -102,8 +107,10 @@ class EstimatorInputs:
         """Sensor frames of its computer.
 
         Raises:
-            NotRebuilt: They cannot be made of the recording.
+            NotRebuilt: They cannot be made of the recording, or the estimator cannot start on them.
         """
+        if self._no_start:
+            raise NotRebuilt(f"the estimator cannot start on this session: {self._no_start}")
         tables = {name: MessageTable.of(messages) for name, messages in self._sensors.items()}
         return sensor_frames(self.setup, tables, self.last_tick)
 
@@ -160,13 +167,20 @@ class EstimatorInputs:
         fixed = fixed[np.argsort(fixed[:, 0], kind="stable")]
         return reversals(ticks / TICKS_PER_S, wheels_m.mean(axis=1), turn_radps, fixed)
 
-    def require_signs(self) -> None:
-        """Refuse wheels that have no sign.
+    def require_fit(self) -> None:
+        """Refuse a log that its mapping does not fit, or that the estimator cannot start on, and wheels without a sign.
 
         Raises:
             NotRebuilt: There are no sensor frames.
-            SpecError: They have none.
+            SpecError: One of that is so.
         """
+        if self.misfits:
+            raise SpecError(
+                "the recording", "", does_not_fit(self.misfits), "mend the mapping, and import the log anew"
+            )
+        if self._no_start:
+            problem = f"gives the estimator no start: {self._no_start}"
+            raise SpecError("the recording", "", problem, "mend the mapping and import the log anew, or give another")
         if self.reversals:
             raise SpecError(
                 "the recording", "", against_the_wheels(self.reversals, self.last_tick / TICKS_PER_S), UNSIGNED

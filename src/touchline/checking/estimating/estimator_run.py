@@ -75,6 +75,7 @@ class EstimatorRun:
         side_bias_mps2: Bias of the accelerometer's left axis as it has learned it, at the end, and its σ.
         wheel_readings: Number of readings of the wheels that it has tested.
         reversals: Stretches in which the wheels turn against the course of the fixes.
+        misfits: Fields of the mapping that do not fit the log.
         problem: Why it could not be run; empty if it was.
         remarks: Further remarks.
     """
@@ -103,6 +104,7 @@ class EstimatorRun:
     side_bias_mps2: tuple[float, float] = (0.0, math.inf)
     wheel_readings: int = 0
     reversals: tuple[Span, ...] = ()
+    misfits: tuple[str, ...] = ()
     problem: str = ""
     remarks: list[str] = field(default_factory=list)
 
@@ -149,7 +151,7 @@ def run_inputs(
         run.reversals = inputs.reversals
     except NotRebuilt as error:
         run = EstimatorRun(setup, inputs.robot, inputs.last_tick / 100, problem=str(error))
-    run.receiver, run.remarks = inputs.receiver(), inputs.remarks
+    run.receiver, run.remarks, run.misfits = inputs.receiver(), inputs.remarks, inputs.misfits
     run.reference, run.of_antenna, run.emulated = inputs.reference()
     return run
 

@@ -12,8 +12,9 @@ from typing import Any, Final
 import numpy as np
 
 from touchline.checking.importing.limited_reader import read_limited
-from touchline.checking.importing.session_writer import write_session
+from touchline.checking.importing.session_writer import MISFITS, NO_START, write_session
 from touchline.recordings.logs.foreign_sensors import FIXED, ForeignSensors, sensors_of
+from touchline.recordings.logs.misfits import does_not_fit, misfits
 from touchline.recordings.logs.reversals import in_words
 from touchline.recordings.logs.tick_sensors import TickSensors, tick_sensors
 from touchline.schemas.catalogue import load_vehicle
@@ -87,6 +88,7 @@ def import_logs(
     sensors = sensors_of(mapping, content)
     vehicle = _vehicle(mapping, folder)
     at_ticks = tick_sensors(sensors, mapping, vehicle)
+    misfitting = misfits(mapping, sensors, at_ticks, vehicle)
     odometry_alone = sensors.fixes is None and at_ticks.drives
     if odometry_alone:
         vehicle = vehicle.model_copy(update={"positioning": ODOMETRY})
@@ -99,12 +101,14 @@ def import_logs(
         "sha256": ", ".join(_sha256(path) for path in paths),
         "begins_at_s": repr(at_ticks.begin_s),
         "mapping": mapping.model_dump_json(exclude_defaults=True),
+        MISFITS: "\n".join(misfitting),
+        NO_START: "" if odometry_alone else at_ticks.starts,
     }
     latency_s = mapping.fixes.latency_s if mapping.fixes is not None else 0.0
     report = write_session(
         out, setup, sensors, at_ticks, latency_s, made_from, lambda done: progress(0.3 + 0.7 * done, "writing")
     )
-    remarks = content.problems + sensors.remarks
+    remarks = content.problems + sensors.remarks + [does_not_fit([each]) for each in misfitting]
     if mapping.wheels is not None and mapping.wheels.unsigned:
         remarks.append(f"wheels: {_reversing(at_ticks)}")
     if odometry_alone:

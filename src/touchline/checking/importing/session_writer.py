@@ -26,6 +26,10 @@ from touchline.services.robot_sim.sensors.gnss_truth import GnssReport
 
 IMPORTED: Final = "touchline_imported"
 """Name of the metadata record with a session's sources."""
+MISFITS: Final = "misfits"
+"""Name of its value with the fields of the mapping that do not fit the log, a line each."""
+NO_START: Final = "no_start"
+"""Name of its value with the reason why the estimator cannot start; empty if it can."""
 _FIELD_T: Final = 2e-5
 _CLOCK_TICKS: Final = 10
 _SLICE_TICKS: Final = 1000

@@ -27,12 +27,12 @@ def fit_log(
 
     Raises:
         RecordingError: The recording cannot be read.
-        SpecError: It has no session of that robot, or of one without GNSS, two wheels or sensors, or its wheels
-            have no sign.
+        SpecError: It has no session of that robot, or of one without GNSS, two wheels or sensors, its wheels
+            have no sign, or its mapping does not fit.
     """
     inputs = EstimatorInputs(path, robot)
     try:
-        inputs.require_signs()
+        inputs.require_fit()
         log = samples_of(inputs)
     except NotRebuilt as error:
         raise SpecError(str(path), "", str(error), "record the sensors of the whole drive") from error

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,8 +22,10 @@ FIXED, FLOAT, SINGLE, NONE = (FIX_KINDS.index(kind) for kind in ("fixed", "float
 UNKNOWN_SIGMA_M = {FIXED: 0.01, FLOAT: 0.3, SINGLE: 2.5, NONE: 100.0}
 """1 σ per axis of fixes without a reported one."""
 _GEODETIC = ("latitude_deg", "longitude_deg")
+_MOST_DEG = dict(zip(_GEODETIC, (90.0, 360.0), strict=True))
 _LOCAL = ("east_m", "north_m")
 _MOST_FRAME_M = 1e6
+_TURN_RAD = 2.01 * math.pi
 _LEVER_M = 0.25  # distance at which a turn on the spot counts as motion
 
 
@@ -92,6 +94,7 @@ class ForeignSensors:
         travel: (n, 2) distance [m] and turn [rad] by the wheels, total, or their rates.
         joints: (n, 2) angles of the left and right wheel [rad], total.
         remarks: What was left out or assumed, a line each.
+        columns: Quantities that fixes, IMU and wheels were taken from, by the part of the mapping.
     """
 
     origin: Origin
@@ -103,6 +106,7 @@ class ForeignSensors:
     joints: RateSeries | None = None
     reference: TrackSeries | None = None
     remarks: list[str] = field(default_factory=list)
+    columns: dict[str, Sequence[str]] = field(default_factory=dict)
 
 
 def sensors_of(mapping: LogMapping, content: LogContent) -> ForeignSensors:
@@ -118,6 +122,7 @@ def sensors_of(mapping: LogMapping, content: LogContent) -> ForeignSensors:
     place = _placing(found.origin)
     if mapping.fixes is not None:
         found.fixes = _fixes(mapping.fixes, content, place, found.remarks)
+        found.columns["fixes"] = Quantities("fixes", mapping.fixes, content).require(_GEODETIC, _LOCAL)
     if mapping.imu is not None:
         _take_imu(mapping.imu, content, found)
     if mapping.wheels is not None:
@@ -194,7 +199,8 @@ def _fixes(source: FixSource, content: LogContent, place: Placing, remarks: list
     if (unknown & (fix != NONE)).any():
         count = int((unknown & (fix != NONE)).sum())
         remarks.append(
-            f"fixes: {count:,} report no σ; by their kind it is taken as {_words(fix[unknown & (fix != NONE)])}"
+            f"fixes: {count:,} report no σ; by their kind it is taken as {_words(fix[unknown & (fix != NONE)])}; "
+            'give "sigma_m" if it is another'
         )
     sigma_m = np.where(unknown, [UNKNOWN_SIGMA_M[int(each)] for each in fix], sigma_m)
     kept, problems = in_order(quantities.time_s)
@@ -210,7 +216,10 @@ def _fixes(source: FixSource, content: LogContent, place: Placing, remarks: list
     if lost:
         remarks.append(f"fixes: {lost:,} of {len(kept):,} have no position")
     if lost == len(kept):
-        raise LogError(f"{source.stream}: none of its {len(quantities.time_s):,} messages has a position and a time")
+        raise LogError(
+            f"{source.stream}: none of its {len(quantities.time_s):,} messages has a position and a time"
+            f"{_beyond(quantities)}"
+        )
     return FixSeries(
         quantities.time_s[kept],
         np.where(np.isfinite(place_m[kept]), place_m[kept], 0.0),
@@ -219,6 +228,15 @@ def _fixes(source: FixSource, content: LogContent, place: Placing, remarks: list
         np.nan_to_num(quantities.get("satellites")[kept]).astype(np.int64).clip(0, 255),
         np.nan_to_num(quantities.get("age_s")[kept], posinf=0.0, neginf=0.0).clip(0.0, 1e6),
     )
+
+
+def _beyond(quantities: Quantities) -> str:
+    """Return, as an aside, which geodetic columns read what no place on earth has."""
+    most = {name: float(np.nanmax(np.abs(quantities.get(name)), initial=0.0)) for name in _GEODETIC}
+    beyond = " and ".join(
+        f"fixes.columns.{name} up to {most[name]:,.0f}" for name in _GEODETIC if most[name] > _MOST_DEG[name]
+    )
+    return f"; it reads {beyond}: give scales that make them degrees, or exchange the two columns" if beyond else ""
 
 
 def _sigma(quantities: Quantities, source: FixSource) -> Floats:
@@ -264,6 +282,7 @@ def _take_imu(source: ImuSource, content: LogContent, found: ForeignSensors) -> 
     rates = tuple(f"gyro_{axis}_radps" for axis in "xyz")
     force = tuple(f"accel_{axis}_mps2" for axis in "xyz")
     chosen = quantities.require(rates, ("turn_rad",), ("yaw_rate_radps",), ("yaw_rad",))
+    found.columns["imu"] = chosen
     values = np.column_stack([quantities.get(name) for name in chosen])
     if chosen == ("yaw_rad",):
         values = _unwrapped(values)
@@ -283,9 +302,13 @@ def _take_imu(source: ImuSource, content: LogContent, found: ForeignSensors) -> 
 
 
 def _unwrapped(angles: Floats) -> Floats:
-    """Return angles [rad] that go on beyond half a turn; NaN where there is none."""
+    """Return angles [rad] that go on beyond half a turn; NaN where there is none.
+
+    Those beyond a turn go on already, or are in another unit.
+    """
     there = np.isfinite(angles)
-    angles[there] = np.unwrap(angles[there])
+    if there.any() and np.ptp(angles[there]) <= _TURN_RAD:
+        angles[there] = np.unwrap(angles[there])
     return angles
 
 
@@ -302,6 +325,7 @@ def _take_wheels(source: WheelSource, content: LogContent, found: ForeignSensors
     choices = ("left_rad", "right_rad"), ("distance_m", "turn_rad"), ("speed_mps", "yaw_rate_radps")
     alone = ("speed_mps",) if found.turn is not None or found.rates is not None else ()
     chosen = quantities.require(*choices, *([alone] if alone else []))
+    found.columns["wheels"] = chosen
     values = np.column_stack([quantities.get(name) for name in chosen])
     time_s, values = _ordered("wheels", quantities, values, found.remarks, steps=chosen == choices[1])
     if chosen == alone:
@@ -338,5 +362,5 @@ def _track(source: TrackSource, content: LogContent, place: Placing, remarks: li
     time_s, values = _ordered("reference", quantities, np.column_stack([place_m, heading]), remarks, needed=3)
     headings, there = values[:, 3], np.isfinite(values[:, 3])
     if there.any():
-        headings = np.interp(time_s, time_s[there], np.unwrap(headings[there]))
+        headings = np.interp(time_s, time_s[there], _unwrapped(headings[there]))
     return TrackSeries(time_s, values[:, :3], headings, source.point == "antenna")

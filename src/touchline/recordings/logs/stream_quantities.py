@@ -81,12 +81,15 @@ class Quantities:
         return np.full(len(self.time_s), np.nan) if column is None else self._column(quantity, column)
 
     def require(self, *sets: Sequence[str]) -> Sequence[str]:
-        """Return the first of several sets of quantities that the stream has all of.
+        """Return the first of several sets of quantities that the stream has all of, of which the mapping names one.
+
+        If it names none of them, what the stream has by default counts.
 
         Raises:
             SpecError: It has none of them.
         """
-        for quantities in sets:
+        named = [quantities for quantities in sets if not self._named.keys().isdisjoint(quantities)]
+        for quantities in (*named, *sets):
             if self.known(*quantities):
                 return quantities
         wanted = " or ".join(" and ".join(quantities) for quantities in sets)

@@ -23,6 +23,7 @@ from touchline.schemas.vehicles.differential_drive import DifferentialDrive
 TICKS_PER_S: Final = 100
 LONGEST_S: Final = 24 * 3600.0
 _GAP_PERIODS, _GAP_S = 5.0, 0.3  # a longer pause than both is a gap
+_PERIODS_S = {"fixes": (0.005, 150.0), "imu": (4e-4, 5.0), "wheels": (4e-4, 5.0)}
 _STANDING_TICKS = 50  # before the estimator may start
 _MOVED_RAD = 0.1  # turn of a wheel from which on the magnetometer is left out
 
@@ -129,7 +130,9 @@ def _window(sensors: ForeignSensors, mapping: LogMapping) -> tuple[float, float]
         "imu": sensors.rates or sensors.turn,
         "wheels": sensors.travel or sensors.joints,
     }
-    spans = {name: (float(s.time_s[0]), float(s.time_s[-1])) for name, s in parts.items() if s is not None}
+    there = {name: series.time_s for name, series in parts.items() if series is not None}
+    _check_periods(there)
+    spans = {name: (float(time_s[0]), float(time_s[-1])) for name, time_s in there.items()}
     if max(span[0] for span in spans.values()) > min(span[1] for span in spans.values()):
         extents = ", ".join(f"{name} {span[0]:,.1f} to {span[1]:,.1f} s" for name, span in spans.items())
         raise LogError(
@@ -148,6 +151,21 @@ def _window(sensors: ForeignSensors, mapping: LogMapping) -> tuple[float, float]
         raise LogError(f"the log spans {end_s - begin_s:,.0f} s; cut it to a day at most by from_s and until_s")
     # A little before the first reading, at a whole tick.
     return math.floor(begin_s * TICKS_PER_S - 1) / TICKS_PER_S, end_s
+
+
+def _check_periods(stamps: dict[str, Floats]) -> None:
+    """Refuse stamps in another unit than seconds, by the time between two of them.
+
+    Raises:
+        LogError: No such sensor has this period.
+    """
+    for part, time_s in stamps.items():
+        period_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else _PERIODS_S[part][0]
+        if not _PERIODS_S[part][0] <= period_s <= _PERIODS_S[part][1]:
+            raise LogError(
+                f"{part}.stream: by its stamps a reading comes every {period_s:.3g} s, so they are not in seconds; "
+                "name the column with the time by its unit: time_s, time_ms, time_us or time_ns"
+            )
 
 
 def _there(series: RateSeries, at_s: Floats) -> Flags:
