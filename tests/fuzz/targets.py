@@ -19,6 +19,7 @@ from touchline.checking.recorded_session import RecordedSession
 from touchline.cli import settings_file
 from touchline.drawings.geojson import read_geojson
 from touchline.drawings.importer import import_drawing
+from touchline.drawings.occupancy_map import load_map
 from touchline.recordings import decoding
 from touchline.recordings.attachments import attached_data
 from touchline.recordings.channels import kind_of
@@ -209,6 +210,14 @@ def read_drawing(name: str, data: bytes) -> None:
         import_drawing(_file(name, data))
 
 
+def read_map(data: bytes) -> None:
+    """Read a map of Nav2, whose image comes after its YAML and a line with three dashes."""
+    text, _, image = data.partition(b"\n---\n")
+    _file("given.pgm", image)
+    with suppress(TouchlineError):
+        load_map(_file("given.yaml", text))
+
+
 def read_json(data: bytes) -> None:
     """Read a JSON file as everything that it could be."""
     path = _file("given.json", data)
@@ -285,6 +294,7 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "gpx": partial(read_log, "given.gpx"),
     "handshake": read_handshake,
     "json": read_json,
+    "map": read_map,
     "mcap": partial(read_recording, "given.mcap"),
     "nmea": partial(read_log, "given.nmea"),
     "pos": partial(read_log, "given.pos"),
