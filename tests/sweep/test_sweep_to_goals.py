@@ -132,4 +132,4 @@ def test_a_drive_that_ends_turned_is_no_success(monkeypatch, capsys):
     arguments = ("goto", "--vehicle", "clay-roller", "--json", "--", "0.3", "0", "-1")
     monkeypatch.setattr(sys, "argv", ["touchline", *arguments])
     assert execute() == 1
-    assert json.loads(capsys.readouterr().out)["reason"].startswith("it rests 3.2° off the goal's heading")
+    assert json.loads(capsys.readouterr().out)["reason"].startswith("it rests 3.1° off the goal's heading")

@@ -79,7 +79,9 @@ class Perception:
         """
         specs = lidars_of(self._vehicle)
         self._lidars = {each.name: _Lidar(number, each) for number, each in enumerate(specs)}
-        self._figures = np.concatenate([each.figures.array for each in self._lidars.values()])
+        self._figures = np.zeros(len(specs), ScanFigures.dtype)
+        for lidar in self._lidars.values():
+            self._figures[lidar.number] = lidar.figures.array[0]
         self._past, self._all_round = PastScans.of([each.beams for each in specs]), blind_sector_rad(specs) == 0.0
         self._tracks, self.grid = Tracks(), FadingGrid()
         self._named: list[Polygon] = []
