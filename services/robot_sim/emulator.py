@@ -7,7 +7,7 @@ session to the bit, whatever the pace.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, Final
 
 from touchline.onboard import Onboard
@@ -36,7 +36,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
-from touchline.schemas.template import Polygon, Template
+from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.accounting.area_account import area_account
 from touchline.services.robot_sim.contact_account import contact_event
@@ -225,7 +225,7 @@ class Emulator:
         self.hand_over_samples()
         put = job.taking is Taking.CARRIED and (self.scenario.start is None or resume is not None)
         if job.taking is Taking.CARRIED and resume is None:
-            self._check_room(job.start if put else self.world.pose[:3], job.obstacles)
+            self.world.surroundings.check_room(job.start if put else self.world.pose[:3], job.obstacles)
         initial = self._state() if job.taking is not Taking.UNDER_WAY else None
         duration_s = self._hand_to_onboard(job)
         self.initial = initial
@@ -241,19 +241,6 @@ class Emulator:
         if resume is not None and resume.tick > self.tick_count:
             self._stand_by(resume.tick)
         return duration_s
-
-    def _check_room(self, pose: Sequence[float], obstacles: Iterable[Polygon]) -> None:
-        """Check that a robot can stand at a pose.
-
-        Raises:
-            CommandRefused: Something stands there.
-        """
-        east_m, north_m, heading_rad = pose
-        if name := self.world.surroundings.overlapped((east_m, north_m, heading_rad), obstacles):
-            raise CommandRefused(
-                f'the robot would begin at ({east_m:.2f}, {north_m:.2f}), where "{name}" stands: move that in the'
-                " scenario or template, or give the scenario another start"
-            )
 
     def _state(self) -> InitialState | None:
         """Return the state in which the next job begins; None if the robot is new, as its setup says."""

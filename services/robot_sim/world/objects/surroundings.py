@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from shapely.affinity import rotate, translate
 
 from touchline.onboard.interface import TICKS_PER_S
+from touchline.schemas.errors import CommandRefused
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.scenario_objects import FollowPath, Intercept, Motion, ScenarioObject, StepInFront, Wander
 from touchline.schemas.sensor_names import BUMPER_STRIP
@@ -141,12 +142,15 @@ class Surroundings:
         self._trail[:] = pose
         self.things.clear[0] = 0.0
 
-    def overlapped(self, pose: tuple[float, float, float], obstacles: Iterable[Polygon]) -> str:
-        """Return the name of a hard thing that the body would stand in at a pose, "" if there is none.
+    def check_room(self, pose: Sequence[float], obstacles: Iterable[Polygon]) -> None:
+        """Check that the body can be put down at a pose.
 
         Args:
             pose: East, north and heading, map frame.
             obstacles: Obstacles of the job's template.
+
+        Raises:
+            CommandRefused: Something hard stands there.
         """
         east_m, north_m, heading_rad = pose
         turned = rotate(shapely.Polygon(self.vehicle.body.footprint_m), heading_rad, (0.0, 0.0), use_radians=True)
@@ -159,7 +163,12 @@ class Surroundings:
             if not fixed.soft:
                 shapes.append((name, _ground(each.corners, disc)))
         shapes += [(each.id, shapely.Polygon(each.corners)) for each in obstacles]
-        return next((name for name, shape in shapes if shape.intersects(body)), "")
+        for name, shape in shapes:
+            if shape.intersects(body):
+                raise CommandRefused(
+                    f'the robot would begin at ({east_m:.2f}, {north_m:.2f}), where "{name}" stands: move that in the'
+                    " scenario or template, or give the scenario another start"
+                )
 
     def new_contacts(self, tick: int) -> list[Contact]:
         """Return the contacts that began in a tick.
